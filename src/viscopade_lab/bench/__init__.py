@@ -57,7 +57,7 @@ def contenders(only: Sequence[str] = ()) -> list[Contender]:
 
 
 def run(
-    measured: Sequence[Contender], read: Callable[[str], str], rounds: int, sizes: Sizes, cc: str | None = None
+    chosen_contenders: Sequence[Contender], read: Callable[[str], str], rounds: int, sizes: Sizes, cc: str | None = None
 ) -> tuple[list[str], list[Row]]:
     """Return comments on machine and conditions, and a row for each contender, format and measure.
 
@@ -65,7 +65,7 @@ def run(
 
     Parameters
     ----------
-    measured : sequence of Contender
+    chosen_contenders : sequence of Contender
     read : callable
         From the name of an exported header to its text.
     rounds : int
@@ -84,10 +84,10 @@ def run(
         If a header cannot be read.
     """
     compiler = libraries.find_compiler(cc)
-    files = list(dict.fromkeys(contender.header for contender in measured if contender.header))
+    files = list(dict.fromkeys(contender.header for contender in chosen_contenders if contender.header))
     headers = {files[i]: read(files[i]) for i in track(range(len(files)), "headers")}
-    harness = Harness(measured, headers, compiler, sizes)
-    cases = [(contender, form) for contender in measured for form in contender.formats]
+    harness = Harness(chosen_contenders, headers, compiler, sizes)
+    cases = [(contender, form) for contender in chosen_contenders for form in contender.formats]
     errors = [harness.errors(*cases[i]) for i in track(range(len(cases)), "checking the results")]
     times = in_rounds(harness.tasks(), rounds)
     rows = [row for case, error in zip(cases, errors, strict=True) for row in _rows(times, *case, error)]

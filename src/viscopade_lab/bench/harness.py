@@ -209,7 +209,7 @@ class Harness:
     # --- how long they take -------------------------------------------------------------------------------------------
 
     def tasks(self) -> list[Task]:
-        """Return all measurements, each with enough passes to fill the time."""
+        """Return all measurements, each with enough passes to last `Sizes.duration`."""
         return [
             self._task(contender, form, measure)
             for contender in self.contenders
@@ -277,6 +277,7 @@ def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
         """Return format and measure, without the contender."""
         return task.key[1:]
 
+    # Blocks, and the tasks in each, are shuffled anew for every round.
     times: dict[Key, list[float]] = {task.key: [] for task in tasks}
     order = random.Random(_SEED)
     blocks = [list(compared) for _, compared in groupby(sorted(tasks, key=block), block)]

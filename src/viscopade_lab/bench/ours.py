@@ -62,6 +62,7 @@ def _proven(kernel: Kernel, function: str) -> dict[str, ErrorBound]:
 
 def _tier_contender(tier: str) -> Contender:
     """Return the kernel from speed to eps of an accuracy, such as "1e-5" or "full": a speed table with its header."""
+    # Headers name functions by the kernel, "1em5" for the accuracy 1e-5; they have a scalar and an array function.
     kernel = catalogue.kernel(f"speed {tier}")
     return Contender(
         f"speed-{tier}",

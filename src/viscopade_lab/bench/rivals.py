@@ -49,6 +49,7 @@ def contenders() -> list[Contender]:
     return [
         expression_contender(COPY, "scaled copy", lambda _: "beta * speed", lambda v, beta: beta * v, group="limit"),
         expression_contender("pow", "libm's pow alone", tenth_root, lambda v, _: v**0.1, group="limit"),
+        # Quotients [1/4] and [3/6] of the paper; -fast is -ffast-math, with exp and log instead of pow in the last.
         _truncated_series(),
         _quotient((1, 4), "pow+[1/4]"),
         _quotient((3, 6), PADE),
@@ -66,6 +67,7 @@ def contenders() -> list[Contender]:
         _table("table", logarithmic=False),
         _table("log-table", logarithmic=True),
         _verlet(),
+        # An adaptive Runge-Kutta method, the usual one for a single trajectory.
         Contender(
             "adaptive",
             "Dormand-Prince 5(4)",

@@ -44,7 +44,7 @@ def measure_cases(cases: Sequence[Case], thorough: bool) -> list[Finding]:
     """Return the findings of cases, in their order, with a bar of progress; `thorough` takes minutes, not seconds."""
     findings = []
     for i in track(range(len(cases)), "hard cases"):
-        with quietly():  # no bar within the bar
+        with quietly():  # cases have bars of progress of their own, which would stand within this one
             findings.append(cases[i].measure(thorough))
     return findings
 

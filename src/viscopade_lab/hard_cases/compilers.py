@@ -212,7 +212,7 @@ def driver(file: str, mode: str) -> str:
 def run(build: Build, file: str, header: str) -> float:
     """Return the largest error / proven error of a header, compiled and run at the test vectors of a file.
 
-    `header` is its text.
+    `build` says how, and `header` is the header's text.
 
     Raises
     ------
@@ -238,7 +238,10 @@ def run(build: Build, file: str, header: str) -> float:
 
 
 def error_over_bound(vector: Vector, value: float, build: Build) -> float:
-    """Return error / proven error of a result `value` at a test vector: 0 or infinity where the error must be 0."""
+    """Return error / proven error of a result `value` at a test vector: 0 or infinity where the error must be 0.
+
+    Of `build` only the rounding mode matters.
+    """
     # Where the exact value is infinite or NaN, so must the result be.
     if not math.isfinite(vector.exact):
         return 0.0 if value == vector.exact or (math.isnan(value) and math.isnan(vector.exact)) else math.inf
@@ -287,6 +290,7 @@ def make_finding(largest: Mapping[Build, float]) -> Finding:
     def draw(figure: Figure) -> None:
         """Draw a point for each build, a row for each label, with the two bounds as lines."""
         axes = figure.subplots()
+        # Sizes of points and lines, in points, are chosen by hand.
         for kind, (_, color) in KINDS.items():
             chosen = {build.label: e for build, e in largest.items() if build.kind == kind}
             axes.plot(list(chosen.values()), list(chosen), "o", color=color, markersize=5, label=kind)

@@ -114,7 +114,8 @@ class Difference(NamedTuple):
 def differences(value: arb, v_star: str, digits: int, expansion: Expansion) -> tuple[list[Difference], float]:
     """Return the resolved differences after 1, 2, … terms, and the difference after the last term over its bound.
 
-    `value` is the exact value at `v_star` (a decimal number), enclosed to `digits` significant digits.
+    `value` is the exact value at `v_star` (a decimal number), enclosed to `digits` significant digits. `expansion`
+    has the terms that approximate it, in the order of their powers.
     """
     with working(bits_for(digits) + GUARD_BITS):
         terms = expansion.terms(ball_of(Fraction(v_star)))
@@ -135,7 +136,7 @@ def differences(value: arb, v_star: str, digits: int, expansion: Expansion) -> t
 
 
 def measure(thorough: bool) -> Finding:
-    """Return the rows, words and picture of this case, from the plan `THOROUGH` or `QUICK`."""
+    """Return the rows, words and picture of this case, from the plan `THOROUGH` (if `thorough`) or `QUICK`."""
     plan = THOROUGH if thorough else QUICK
     # (end, quantity) -> its differences at all v* of that end
     resolved: dict[tuple[str, str], list[Difference]] = {}

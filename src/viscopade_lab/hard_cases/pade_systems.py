@@ -115,7 +115,7 @@ def condition_number(h: Sequence[fmpq], b: Sequence[fmpq], m: int, bits: int) ->
     `h` are h_0 … h_(2m+3), `b` the exact solution b_0 … b_(m+3), and `bits` those that h has. With A the matrix of the
     order conditions, A db = -sum_l dh_l (b_(k-l))_k, k = m+1 … 2m+3. Signs do not matter for sizes.
     """
-    n = m + 3
+    n = m + 3  # [m/m+3]
     # Four times the bits of h are a choice, as balls widen while the system is solved: at m = 25 bits + 64 to 8 bits
     # give the same.
     with working(4 * bits + GUARD_BITS):
@@ -177,7 +177,8 @@ def make_finding(losses: Sequence[Lost]) -> Finding:
     )
 
     def draw(figure: Figure) -> None:
-        """Draw the digits to spare and those lost over m: condition number as a line, LU as points (of 4 points)."""
+        """Draw the digits to spare and those lost over m: condition number as a line, LU decomposition as points."""
+        # Points have a size of 4, chosen by hand.
         axes = figure.subplots()
         spare, lu_digits = [loss.spare for loss in losses], [loss.lu for loss in losses]
         axes.plot(m, spare, color=BLACK, label=f"digits to spare, beyond the {DIGITS} requested")

@@ -106,6 +106,7 @@ def losses() -> tuple[list[float], list[float]]:
         1 - np.asarray(function_values(full.full(), "epsilon", ELASTIC)),
         np.asarray(function_values(full.full(), "one_minus_epsilon", ELASTIC)),
     )
+    # `exact_portions` encloses eps and 1 - eps (field `loss`).
     with working(BITS):
         exact = [truth.exact_portions(arb(v)).loss for v in ELASTIC.tolist()]
         difference, direct = (
@@ -175,6 +176,7 @@ def make_finding(
         """Draw the largest error / bound of all functions side by side, a colour and a mark for each family."""
         axes = figure.subplots()
         start = 0
+        # Sizes and distances are chosen by hand; letters are Matplotlib's marks.
         for (family, values), color, mark in zip(
             errors.items(), (BLUE, VERMILION, GREEN, PURPLE, BLACK), "os^vD", strict=True
         ):

@@ -73,7 +73,10 @@ def bisected(beyond: Callable[[FloatArray], Any], low: FloatArray, high: FloatAr
 
 
 def first_failures(series_h: Coefficients) -> FloatArray:
-    """Return for every order k the first v* at which S_k, summed in double precision, is off by `TOLERANCE`."""
+    """Return for every order k the first v* at which S_k, summed in double precision, is off by `TOLERANCE`.
+
+    `series_h` are the coefficients h_k; S_k = h_0 + … + h_k v*^k.
+    """
     # Row k of the matrix has h_0 … h_k, then zeros: the coefficients of S_k.
     order_count = len(series_h.h)
     h = np.tril(np.ones((order_count, order_count))) * series_h.h
@@ -90,8 +93,8 @@ def first_failures(series_h: Coefficients) -> FloatArray:
 def distance(series_h: Coefficients, k: int, v_star: float) -> float:
     """Return the distance of the exact |S_k/eps - 1| from `TOLERANCE`, divided by the bound of round-off.
 
-    `v_star` is where S_k in double precision reaches the tolerance. A result up to 1 says that round-off explains the
-    distance.
+    `series_h` are the coefficients h_k, and `v_star` is where S_k in double precision reaches the tolerance. A result
+    up to 1 says that round-off explains the distance.
     """
     with working(BITS):
         v, polynomial = arb(v_star), arb_poly(list(series_h.balls[: k + 1]))
@@ -132,7 +135,10 @@ def measure(thorough: bool) -> Finding:
 
 
 def make_finding(series_h: Coefficients, failures: FloatArray) -> Finding:
-    """Return the rows, words and picture, from the first v* at which each S_k is off by `TOLERANCE` (`failures`)."""
+    """Return the rows, words and picture of this case.
+
+    `series_h` are the coefficients h_k, `failures` the first v* at which each S_k is off by `TOLERANCE`.
+    """
     order, limits, best = len(failures) - 1, failure_bounds(series_h), int(np.argmax(failures))
     # Ten digits of the singularity of eps(v*) next to 0: the table shows four.
     radius = abs(complex(singularity.from_flow(10).v_star))

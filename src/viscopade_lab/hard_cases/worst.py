@@ -88,6 +88,7 @@ class Function(NamedTuple):
         """Return error / bound for every x of an array, infinite if a result is not finite."""
 
         def error_over_bound(x_i: float, value: float) -> float:
+            """Return the error of the result `value` at x_i, in units of the bound."""
             if not math.isfinite(value):
                 return math.inf
             exact = self.exact(x_i)
@@ -109,9 +110,10 @@ class Worst(NamedTuple):
 
 
 def worst(function: Function, number: int, rounds: int) -> Worst:
-    """Return the worst argument of `number` random ones, and of neighbours of the worst ones in some `rounds`.
+    """Return the argument of a function with the largest error that a search finds.
 
-    Each call tries the same arguments.
+    The search tries `number` random arguments, then in each of `rounds` neighbours of the worst ones. Each call tries
+    the same arguments.
     """
     kind = TYPES[function.form.name]
     generator = np.random.default_rng(SEED)
@@ -142,9 +144,9 @@ def worst(function: Function, number: int, rounds: int) -> Worst:
 
 
 def _machine(form: Format) -> Reading:
-    """Return the arithmetic of a format, with roots, powers and logarithms that are nearly exact.
+    """Return the arithmetic of a format (each operation rounds), with NumPy's roots, powers and logarithms of doubles.
 
-    Bounds allow for errors of a C library; here such a function is computed in double and rounded once to the format.
+    In float their results are rounded once more, so that they are nearly exact. Proven bounds allow a C library more.
     """
     kind = TYPES[form.name]
     roots = {"sqrt": np.sqrt, "cbrt": np.cbrt, "pow": np.power, "log2": np.log2, "exp2": np.exp2}
@@ -186,6 +188,7 @@ def branch_function(
     numbers = {n: kind(c) for n, c in constants.items()}
     balls = {n: ball_of(Fraction(c)) for n, c in constants.items()}
 
+    # `read` gives the results of a branch by name, computed in an arithmetic from constants and inputs.
     def computed(x: Array) -> Array:
         return np.asarray(read(branch, [result], {**numbers, **inputs(x)}, arithmetic)[result])
 
