@@ -225,10 +225,11 @@ class Harness:
         ns_per_call = self.run(contender, form, measure, probe) / probe
         length = {"memory": self.sizes.memory, "cache": CACHE}.get(measure, self.sizes.scalar)
         elements = min(contender.most, length, MOST_OF_SLOW if measure == "memory" and ns_per_call > SLOW else length)
-        # A second pass over arrays from memory would be no different; other arrays are passed until the time is over.
+        # One pass over arrays from memory lasts long enough; over others there are as many as fill the shortest time.
         passes = 1 if measure == "memory" else max(1, round(self.sizes.duration / (ns_per_call * elements)))
 
         def run(passes: int) -> float:
+            """Return the nanoseconds of some passes."""
             return self.run(contender, form, measure, elements, passes)
 
         return Task(Key(contender.id, form.name, measure), run, elements, passes)

@@ -50,7 +50,10 @@ KINDS = {
     "rounding toward zero, upward, downward": (2.0, PURPLE),
     "other processors and C libraries": (1.0, GREEN),
 }
-"""Kinds of builds: the bound of error / proven error, and the colour in the picture."""
+"""Kinds of builds: the bound of error / proven error, and the colour in the picture.
+
+The proof is for rounding to nearest, on any processor: 1. Other modes round twice as far (head of this file): 2.
+"""
 
 
 class Build(NamedTuple):
