@@ -154,7 +154,7 @@ def make_finding(series_h: Coefficients, failures: FloatArray) -> Finding:
             max(distance(series_h, k, v) for k, v in enumerate(failures)),
             1,
         ),
-        # Order 20 is the one that a user would type in (the benchmark has it, too).
+        # Order 20 is a choice; the benchmark times the same sum.
         Row(f"S_20 is within {TOLERANCE:g} of eps up to v*", failures[20]),
         Row(f"S_{order} is within {TOLERANCE:g} of eps up to v*", failures[order]),
         Row(f"S_{best}, the best sum up to order {order}: up to v*", failures[best]),
