@@ -65,8 +65,8 @@ class _Work(ctypes.Structure):
 class Sizes:
     """Sizes of one measurement. The defaults are choices.
 
-    Arrays from memory have 64 MB as doubles, more than most caches have. The other measures run for 2 ms, 1/10^5 of which is
-    the resolution of a clock; their arrays of 128 KB are many random speeds for the prediction of branches.
+    Arrays from memory have 64 MB as doubles, more than most caches have. The other measures run for 2 ms, 1/10^5 of
+    which is the resolution of a clock; their arrays of 128 KB are many random speeds for the prediction of branches.
 
     Attributes
     ----------
