@@ -94,7 +94,7 @@ def test_an_added_simulator_with_its_own_law_has_its_text(with_two_simulators):
 
 
 def test_an_added_simulator_is_in_the_calculator(with_two_simulators):
-    page = with_two_simulators("calculator")
+    page = with_two_simulators("calculator", "-o", "-")
     assert '{"name":"bounce","title":"Bounce","texts":{"any":"restitution {parameter}"},"walls":true' in page
     assert '{"name":"glide","title":"Glide","texts":{},"walls":true,"step":null}' in page
 

@@ -105,9 +105,11 @@ def bench_command(
     from viscopade_lab.bench import picture as drawing
     from viscopade_lab.bench.result import COLUMNS, HEADER, from_csv, table, to_csv
 
+    # Everything that can be refused is refused before the measurement, which takes minutes: options, and files that
+    # cannot be written.
     chosen_contenders = bench.contenders(only)
-    if result is not None and (out is not None or only):
-        raise click.UsageError("--from shows a file: expected neither --out nor --only with it")
+    if result is not None and (output is not None or only):
+        raise click.UsageError("--from shows a file: expected neither --output nor --only with it")
     if picture is not None:
         require("bench --picture", "matplotlib")
         picture_kind("--picture", picture)
@@ -120,9 +122,11 @@ def bench_command(
     else:
         sizes = bench.QUICK if quick else bench.Sizes()
         read = requests.file if headers is None else partial(libraries.read_from, headers)
+        # 20 rounds, for a median and quartiles; 3, the fewest that have them, for a trial run.
         comments, rows = bench.run(chosen_contenders, read, rounds or (3 if quick else 20), sizes, cc)
-    if out is not None:
-        write(out, to_csv(comments, rows))
+
+    if output is not None:
+        write(output, to_csv(comments, rows))
     if picture is not None:
         write_all({picture: drawing.draw(rows, picture.suffix[1:])})
     if style == "text":
