@@ -38,7 +38,10 @@ SHARES = (0.02, 0.1, 0.3)  # g t_c/v: a weight that hardly shows, one that shows
 
 
 def delivered_table(program: Simulator) -> str:
-    """Return the table of the eps that a program gives: one row a formula, one column an eps asked for."""
+    """Return the table of the eps that a program gives: one row a formula, one column an eps asked for.
+
+    The last column is the value to set for `WANTED`.
+    """
 
     def delivered(formula: DampingFormula) -> Iterator[str]:
         """Yield the eps for each one of `ASKED`; a formula may refuse some."""
@@ -48,27 +51,17 @@ def delivered_table(program: Simulator) -> str:
             except ValueError:
                 yield "not accepted"
 
-    rows = ([formula.name, ENDS[formula.law.end], *delivered(formula)] for formula in program.formulas)
-    return markdown(["formula", "contact ends at", *(f"asked {asked}" for asked in ASKED)], rows)
+    rows = (
+        [formula.name, ENDS[formula.law.end], *delivered(formula), _advice(program, formula)[2]]
+        for formula in program.formulas
+    )
+    head = ["formula", "contact ends at", *(f"asked {asked}" for asked in ASKED), f"for {WANTED} set instead"]
+    return markdown(head, rows)
 
 
 def number(audit: Audit) -> str:
     """Return the eps that a program gives as text of four decimals; None means that the bodies stay together."""
     return "never parts" if audit.delivered is None else f"{float(audit.delivered):.4f}"
-
-
-def measured_table(program: Simulator) -> str:
-    """Return the table for `WANTED`: the eps you get, the reason, the value to set, measured and predicted."""
-    head = ["formula", "you get", "reason", "set instead", "measured", "at $t$", "predicted", "largest difference"]
-    rows = []
-    for formula in program.formulas:
-        advice, run = _advice(program, formula), finest(program.name, formula.name, WANTED)
-        if run is None:
-            rows.append([formula.name, *advice, "from the source", "", "", ""])
-        else:
-            values = f"{run.epsilon:.6f}", f"{run.time_step:g}", f"{run.predicted:.6f}"
-            rows.append([formula.name, *advice, *values, _difference(run)])
-    return markdown(head, rows)
 
 
 def _advice(program: Simulator, formula: DampingFormula) -> list[str]:
@@ -231,10 +224,9 @@ def blocks() -> dict[str, str]:
 
 
 def blocks_of(program: Simulator) -> dict[str, str]:
-    """Return the tables of a program's own page, with a line for each note of a formula."""
+    """Return the table of a program's own page, with a line for each note of a formula."""
     notes = [f"- *{formula.name}*: {formula.note}" for formula in program.formulas if formula.note]
-    measured = measured_table(program)
-    return {"delivered": delivered_table(program), "measured": "\n".join([measured, *([""] if notes else []), *notes])}
+    return {"delivered": "\n".join([delivered_table(program), *([""] if notes else []), *notes])}
 
 
 def filled(page: str, texts: Mapping[str, str]) -> str:
