@@ -24,6 +24,7 @@ from viscopade.approximation.minimax import (
 from viscopade.collision.exact import Exact
 
 # Not both degrees below 2: a_0 = b_0 = 1 and a_1 = b_1 leave N/D = 1 alone.
+# The largest degrees, [6/9], are a choice of `minimax`.
 CANDIDATES = [(m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1) if max(m, n) >= 2]
 """The degrees of the search, ascending in m."""
 
@@ -45,12 +46,14 @@ def cheapest_fit(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0) -> F
     TypeError, ValueError
         As for `fit`; or if no degrees up to [6/9] are accurate enough; the message has the accuracy that they reach.
     """
+    # The smallest accuracy, 1e-12, is what the values of eps allow (`minimax`). At 1 and above, N/D = 0 would be as
+    # good.
     interval = interval_of(v_star_min, v_star_max)
     accepted = f"a number below 1, and at least {float(SMALLEST_ERROR):g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: SMALLEST_ERROR <= x < 1))
 
     # From the lowest cost upwards, the first best approximant that is accurate enough.
-    reached = 1.0  # the smallest error so far, for the message
+    reached = 1.0  # the smallest error so far, for the message; 1, that of N/D = 0, before the first one
     for price in sorted({cost(*pair) for pair in CANDIDATES}):
         best = min(_fits(price, interval), key=lambda fit: fit.error, default=None)
         if best is not None and best.error <= limit:

@@ -24,15 +24,18 @@ from viscopade.approximation.target import target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
 
-# What is accepted; the theory has no such limits. On [0, 1] the best [5/9] already has an error below 1e-12.
+# What is accepted is a choice, against typing errors; the theory has no such limits. Both pairs of degrees have n = m +
+# 3, as the paper's [3/6]. Larger degrees are of little use: on [0, 1] the best [5/9] already has an error below 1e-12,
+# on [0, 100] the best [9/12] has 3e-9.
 MAX_M, MAX_N = 6, 9  # largest degrees in the search of `cheapest`
 MAX_FIT_M, MAX_FIT_N = 12, 15  # largest degrees of a single fit
-LARGEST = 10**6  # v*
-SMALLEST = Fraction(1, 10**6)  # end v* > 0 and length of an interval
+LARGEST = 10**6  # v*, where eps is 1e-20
+SMALLEST = Fraction(1, 10**6)  # end v* > 0 (a choice, too) and length of an interval (`interval_of` has the reason)
 # Digits of coefficients beyond those of the error: more than enough, as kernels round them to doubles
 # (docs/theory/minimax.md).
 COEFFICIENT_DIGITS = 30
-SMALLEST_ERROR = Fraction(1, 10**12)  # which the values of eps allow (`remez.TooAccurate`)
+# Which the values of eps allow: they have 17 digits, and five of them have to resolve the error (`remez.GUARD`).
+SMALLEST_ERROR = Fraction(1, 10**12)
 
 
 Interval = tuple[Fraction, Fraction]
@@ -88,8 +91,9 @@ class Fit:
         if (*a, 0)[1] != (*b, 0)[1]:
             raise ValueError("a_1 and b_1 must be the same number")
         # D has no zero on the interval. Multiplied by the common denominator it has integer coefficients, whose roots
-        # FLINT isolates; 128 bits, more than the two doubles of the interval have, tell on which side of its ends they
-        # lie.
+        # FLINT isolates, to 128 bits (a choice: more than twice a double's 53). The doubles nearest to the root and to
+        # the ends are compared. Rounding to them is monotone, so no root on the interval is missed; one beyond an end
+        # by less than rounding is refused, too. The message has six digits of it.
         low, high = map(float, self.interval)
         scale = math.lcm(*(c.denominator for c in b))
         with working(128):
@@ -151,12 +155,15 @@ def fit(
         If an argument is out of range, the error is not below 100 % (`TooCoarse`) or below 1e-12, or no best
         approximant was found.
     """
+    # The limits of degrees and v* are choices, against typing errors (`MAX_FIT_M`, `LARGEST`). Of an error below 1e-12
+    # the values of eps have too few digits. By default the interval begins at rest, v* = 0; its upper end comes first
+    # here, as it is often the only one, and second in `interval_of`.
     return _fit(*degrees_of(m, n), interval_of(v_star_min, v_star_max))
 
 
 def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
     """Return checked degrees m and n; errors as for `fit`."""
-    # The free coefficients are a_1 = b_1, a_2 …, b_2 …
+    # The largest degrees are a choice (above). The free coefficients are a_1 = b_1, a_2 …, b_2 …
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
     if max(m, n) < 2:
@@ -169,6 +176,8 @@ def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
 
 def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
     """Return the ends `v_star_min` and `v_star_max` of an interval, checked and exact; errors as for `fit`."""
+    # `exact_number` returns the argument as a fraction, or raises with the `accepted` numbers in the message. The
+    # largest and the smallest end are choices.
     accepted = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
     low = arguments.exact_number("v_star_min", v_star_min, accepted, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
@@ -196,13 +205,13 @@ def _fit(m: int, n: int, interval: Interval) -> Fit:
         ) from None
     except remez.NoBest as reason:
         raise ValueError(f"{name}: {reason}; expected other degrees") from None
-    # From an error of 100 % on, N/D = 0 would be as good.
+    # From an error of 100 % on, N/D = 0 would be as good. n = m + 3 decays like v*^-3, nearly as eps ~ v*^(-10/3) does.
     if not best.error < 1:
         raise TooCoarse(
             f"the best {name} has a relative error of {best.error:.3g}: expected an error below 1, as with a shorter "
             "interval or with n = m + 3"
         )
-    # The coefficients to 30 digits more than the error has zeros behind the point.
+    # The coefficients to 30 digits (`COEFFICIENT_DIGITS`, a choice) more than the error has zeros behind the point.
     digits = COEFFICIENT_DIGITS + math.ceil(-math.log10(best.error))
     # Middles are exact, so every one has a decimal.
     a, b = (tuple(str(decimal_string(c, digits)) for c in coefficients) for coefficients in (best.a, best.b))
@@ -219,10 +228,12 @@ def minimax_problem(m: int, n: int, interval: Interval) -> remez.Problem:
 
     def values(v_star: arb) -> tuple[arb, arb]:
         """Return g = (1 - eps)/v*^2 and p = v*^2/w, w = min(eps, 1 - eps): the error is the larger relative one."""
+        # eps, 1 - eps and (1 - eps)/v*^2, to the 17 digits that `Problem` takes for granted
         epsilon, loss, loss_ratio = target(v_star)
+        # Where 1 - eps is the smaller one, v*^2/w is 1/g, at v* = 0, too.
         return loss_ratio, 1 / loss_ratio if loss < epsilon else v_star**2 / epsilon
 
-    # Contact of order 2, N - D = O(v*^2): a_0 = b_0 and a_1 = b_1.
+    # Contact of order 2, N - D = O(v*^2): a_0 = b_0 and a_1 = b_1. `full_powers` are all up to the degrees.
     return remez.Problem(full_powers(m, n), values, inside, contact=2)
 
 

@@ -49,8 +49,12 @@ Extremum = tuple[float, float]
 
 # Nothing here is proven, and a constant that serves badly makes a fit slow, or refused. Measured for eps: all [m/n] up
 # to [6/9] on [0, 1], [0, 5] and [0, 30], 175 fits with a result (with [0, 100]: 224).
-TOLERANCE = 1e-9  # of levelling: (error - lower bound)/error
-ROUGH_TOLERANCE = 1e-6  # if the error is as small as the last digits of the values
+# Of levelling, (error - lower bound)/error. Both are choices. Measured for the
+# 224 fits: with 1e-6 errors change by up to 8e-7, with 1e-12 or 1e-14 by 7e-10, and no fit is gained or lost. The rough
+# one serves in exchange number MAX_EXCHANGES alone, for values whose last digits allow no finer one; none of the 224
+# comes so far.
+TOLERANCE = 1e-9
+ROUGH_TOLERANCE = 1e-6
 MAX_EXCHANGES = 40  # measured: at most nine are needed; other first points follow if these fail
 MAX_NEWTON = 8  # measured: at most eight are needed, five or fewer for 95 of 100 solutions
 # Points between neighbours, on the fixed grid and again between the points of reference. Measured: with 32 the errors
@@ -127,8 +131,10 @@ class Problem:
     contact : int
         k; 0 for no contact.
     digits : int
-        Accuracy of g (relative to w/v^k) and of p.
+        Accuracy of g (relative to w/v^k) and of p. The default is that of `target`, whose values are a double's or
+        better.
     coordinate : Coordinate
+        In which grids are uniform. The default, ln(1 + v), serves v* from small to large.
     """
 
     powers: Powers
@@ -164,8 +170,8 @@ class Problem:
         if self.interval[0] > 0:
             return False
         # The weighted error is p (S/D + g) = p (S + g D)/D with D(0) = 1: what each coefficient adds to p (S + g D) at
-        # 0.
-        # Below the accuracy of the values it counts as 0.
+        # 0, where g and p are finite (module head). Below the accuracy of the values it counts as 0. The fixed
+        # coefficient D(0) is among them, which makes no difference: where p is not 0, free ones change the error, too.
         g, p = self.values_at(0.0)
         changes = (p * (s(arb(0)) + g * d(arb(0))) for s, d in self.directions)
         return any(abs(change) > arb(10) ** -self.digits for change in changes)
@@ -266,6 +272,7 @@ def _first_success(problem: Problem, references: Iterable[list[float]]) -> Appro
 
     If none does, the error has the most frequent reason.
     """
+    # `TooAccurate` is not caught: other points make the values no more accurate.
     reasons = Counter[str]()
     for reference in references:
         try:
@@ -293,8 +300,9 @@ def _starts(problem: Problem) -> Iterator[list[float]]:
     """Yield the extrema of Chebyshev's polynomial in different coordinates, without a left end that does not count."""
     number = problem.number_of_points
     vanishing = int(problem.interval[0] == 0 and not problem.sees_zero)  # the error at the left end is 0
-    # cos(pi i/(number - 1)), from -1 to 1; without the left end, of one point more (for a single point, not 0/0). The
-    # scale of the logarithmic coordinate decides where the points crowd.
+    # cos(pi i/(number - 1)) for i = number - 1 … 0, from -1 to 1. Without the left end they are those of one point
+    # more, cos(pi i/number), without the first one, -1. (A single point would be 0/0, hence the 1.) The scale of the
+    # coordinate decides where the points crowd.
     cosines = np.cos(np.pi * (np.arange(number - 1, -1, -1) / max(number - 1 + vanishing, 1)))
     for factor in SCALES:
         yield _spread(problem, cosines, replace(problem.coordinate, scale=factor * problem.coordinate.scale))
@@ -305,7 +313,7 @@ def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float
 
     Where the best [m/n] nearly has a common factor it differs little from that; but it is not known where.
     """
-    # Two of the points that follow are those of the lower degrees at the ends, so that there must be two.
+    # The lower degrees have two points fewer, and their first and last two are used below: so there must be two.
     if problem.number_of_points < 4:
         return
     try:
@@ -313,7 +321,8 @@ def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float
     except _NotFromHere:
         return
     # In the coordinate: near the left end and at the right one, near both ends, or two that cut a gap into thirds. Two
-    # in one gap fit into the alternation there, and where the error of [m/n] alternates twice more is not known.
+    # in one gap fit into the alternation there, and where the error of [m/n] alternates twice more is not known. Thirds
+    # are a choice: fifths between points find the same (measured); without these additions 3 of 224 fits are lost.
     t = problem.coordinate.t(np.array(points))
     low, high = problem.coordinate.t(np.array(problem.interval))
     additions = [(low + (t[1] - low) * part, high) for part in LAYERS]
@@ -359,8 +368,8 @@ def _exchange(problem: Problem, reference: list[float]) -> Approximation:
     """
     solution: _Solution | None = None
     for step in range(1, MAX_EXCHANGES + 1):
-        # Level: the quotient whose errors at the points of reference are E, -E, E, … The last exchange accepts a
-        # rougher levelling, as the last digits of the values may not allow a finer one.
+        # Level: the quotient whose errors at the points of reference are E, -E, E, … (to 1e-9, a choice). Exchange
+        # number MAX_EXCHANGES is the last, and accepts a rougher levelling: the values may not allow a finer one.
         tolerance = TOLERANCE if step < MAX_EXCHANGES else ROUGH_TOLERANCE
         solution = _level(problem, reference, solution)
         a, b = problem.placed(solution.vector, arb(0))
@@ -409,8 +418,8 @@ def _extrema(problem: Problem, a: Sequence[arb], b: Sequence[arb], reference: Se
         denominator = d(x).mid()
         return float((p * (s(x).mid() / denominator + g)).mid()) if denominator > 0 else math.nan
 
-    # Chebyshev's points in the coordinate, `GRID` for each extremum and one more, and half as many between points of
-    # reference.
+    # Chebyshev's points in the coordinate, `GRID` = 16 (measured, above) for each extremum and one more, and half as
+    # many between points of reference, a choice: with a quarter the errors are the same to 1e-10.
     number = GRID * (problem.number_of_points + 1)
     fixed = _spread(problem, np.cos(np.pi * np.arange(number, -1, -1) / number), problem.coordinate)
     grid = _inside(problem, np.array([*fixed, *between(problem, reference, GRID // 2)]))
@@ -559,19 +568,21 @@ def _eigenvectors(problem: Problem, a: arb_mat, b: arb_mat) -> Iterator[_Solutio
     """Yield the solutions of (A - E B) c = 0 with a real E: the eigenvectors of A^-1 B, with the eigenvalues 1/E."""
     product = a.solve(b, algorithm="approx", nonstop=True)  # A^-1 B
     size = problem.number_of_points
-    # Coefficients of N alone have a column of zeros in B. The eigenvalues are those of the block of the others, in
-    # which the columns of B are scaled to the size 1.
+    # Coefficients of N alone have a column of zeros in B. The eigenvalues are those of the block of the others. The
+    # columns of B are scaled to the size 1, so that powers of v of different size are balanced; this changes no
+    # eigenvalue, and the eigenvectors by 1/scale (measured: no fit depends on it).
     active = [k for k, (_, j) in enumerate(problem.places) if j is not None]
     scale = [max((abs(b[i, k]) for i in range(size)), key=float) for k in range(size)]
     block = acb_mat([[product[j, k] * scale[j] / scale[k] for k in active] for j in active])
     eigenvalues, vectors = block.eig(algorithm="approx", right=True, nonstop=True)
-    # The smallest level at these points, 0 if FLINT gave up.
+    # The eigenvalues are 1/E, so the largest gives the smallest level at these points; 0 if FLINT gave up.
     sizes = [float(abs(eigenvalue)) for eigenvalue in eigenvalues]
     least = 0.0 if any(map(math.isnan, sizes)) else 1 / max(sizes)
     problem.computed.level = max(problem.computed.level, least)
     for index, eigenvalue in enumerate(eigenvalues):
-        # Real but for rounding: an imaginary part of 2^-40 is more than rounding leaves. A complex one that passes
-        # costs `_newton` a few steps, nothing else.
+        # Real but for rounding: an imaginary part of 2^-40 is more than rounding leaves. Any number between rounding
+        # and 1 serves (measured: 2^-3 and 2^-100 give the same fits), as a complex one that passes costs `_newton` a
+        # few steps, nothing else.
         real = eigenvalue.real.mid()
         if not real.is_finite() or real == 0 or abs(eigenvalue.imag) > abs(real) * arb(2) ** -40:
             continue
@@ -605,8 +616,8 @@ def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solu
         if not all(c.is_finite() for c in (step, *(c for [c] in c_new))):
             return None
         column, level = arb_mat(c_new), (level + step).mid()
-        # Convergence is quadratic: after a step of 10^-20 of E the error is far smaller. A tiny E needs no more than
-        # twice the digits of the values.
+        # Convergence is quadratic: after a step of 10^-20 of E the error is far smaller (a choice: 10^-10 and 10^-30
+        # give the same fits). A tiny E needs no more than twice the digits of the values.
         if abs(step) <= abs(level) * arb(10) ** -20 + arb(10) ** (-2 * problem.digits):
             # B c = ±D: D at the points of reference.
             denominators = [float((b * column)[i, 0].mid()) * (-1) ** i for i in range(size)]

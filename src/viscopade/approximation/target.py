@@ -34,7 +34,8 @@ class TargetValues(NamedTuple):
 
 def target(v_star: arb) -> TargetValues:
     """Return eps, 1 - eps and (1 - eps)/v*^2; ValueError if v* is negative or NaN."""
-    # The double next to v* tells the panel; at the joint of two panels either one serves.
+    # The double next to v* tells the panel; at the joint of two panels either one serves. `index_of` returns its
+    # number, and how many times v* is divided by 8 to come onto it.
     near = float(v_star)
     if not near >= 0:
         raise ValueError(f"v_star is {near!r}: expected a number >= 0")
@@ -63,7 +64,8 @@ class _Panel:
     def values(self, v_star: arb, folds: int = 0) -> TargetValues:
         """Return the values at v*, from those at s = v*/8^folds on the panel, where eps is 2^(10 folds) larger.
 
-        For large v* eps = (3/2)^(2/3) v*^(-10/3), and 8^(10/3) = 2^10; PERIOD = 3 is the exponent of 8 = 2^3.
+        For large v* eps ~ v*^(-10/3) (derivations/10_large_v_star.py), and 8^(10/3) = 2^10; PERIOD = 3 is the exponent
+        of 8 = 2^3. v* is divided from 2^20 on only, where the next terms are below the 17 digits.
         """
         # z = (s - centre)/(half width), s = v*/2^(3 folds)
         z = (v_star * arb(2) ** (-PERIOD * folds) - ball_of(self.centre)) / ball_of(self.half_width)
@@ -81,9 +83,9 @@ class _Panel:
         return TargetValues(epsilon, loss, (loss / v_star**2).mid())
 
 
-@lru_cache(maxsize=PANELS)
+@lru_cache(maxsize=PANELS)  # all of them
 def _panel(index: int) -> _Panel:
-    """Return a panel from the table of `double`."""
+    """Return the panel of an index, 0 to PANELS - 1, from the table of `double`."""
     epsilon, loss = (panels.rows()[name, index] for name in ("epsilon", "one_minus_epsilon"))
     centre, half_width = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
     if index:
@@ -95,6 +97,6 @@ def _panel(index: int) -> _Panel:
 
 
 def _exact_row(row: Row) -> arb_poly:
-    """Return 2^e (a_0 + a_1 z + …), exactly: integers of up to 70 bits."""
-    with working(128):  # more than the integers have, so that the products are exact
+    """Return 2^e (a_0 + a_1 z + …), exactly: integers of up to 66 bits."""
+    with working(128):  # more than the 66 bits of the integers, so that the products are exact
         return arb_poly([arb(a) * arb(2) ** row.exponent for a in row.a])
