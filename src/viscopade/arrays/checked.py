@@ -42,7 +42,8 @@ def number(name: str, value: object, accepted: Accepted) -> float:
     Parameters
     ----------
     name : str
-        The argument's name, for messages; it tells in which unit a quantity (of Astropy or Pint) is converted.
+        The argument's name, for messages; it tells in which SI unit a quantity (of Astropy or Pint) is converted, such
+        as "speed" in m/s.
     value : object
     accepted : Accepted
 
@@ -54,7 +55,8 @@ def number(name: str, value: object, accepted: Accepted) -> float:
         If it lies outside the range.
     """
     value = without_unit(name, value)
-    # None stands for what is no real number, NaN for a number without a double: no range holds NaN.
+    # `refusal` returns the message: the name, the value and the expected ones. None stands for what is no real number,
+    # NaN for a number without a double: no range holds NaN.
     try:
         result = float(cast(SupportsFloat, value)) if _is_real(value) else None
     except (OverflowError, ValueError):  # an integer beyond double precision, a signalling NaN
@@ -83,7 +85,8 @@ def _is_real(value: object) -> bool:
 def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     """Return a number, an array or nested lists as a double-precision array in the expected range.
 
-    The arguments are those of `number`.
+    The arguments are those of `number`: a name for messages, the values, and those that are `accepted`. Quantities are
+    converted in the same way.
 
     Raises
     ------
@@ -93,7 +96,7 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
         If one of them lies outside the range.
     """
     values = without_unit(name, values)
-    if np.ma.is_masked(values):
+    if np.ma.is_masked(values):  # `Elementwise` takes the masks off before
         raise TypeError(refusal(name, values, accepted.words + _OR_ARRAY + ", none of them masked"))
     try:
         numpy_array = np.asarray(values)
@@ -109,7 +112,7 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     # not.
     if numpy_array.dtype.kind not in "iuf":
         raise TypeError(refusal(name, values, accepted.words + _OR_ARRAY))
-    with np.errstate(over="ignore"):  # a long double too large becomes inf
+    with np.errstate(over="ignore"):  # a long double too large becomes inf; doubles are not copied
         doubles = numpy_array.astype(np.float64, copy=False)
     holds = accepted.holds(doubles)
     if not np.all(holds):
@@ -118,7 +121,10 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
 
 
 def unmasked(values: Iterable[Any]) -> tuple[list[Any], npt.NDArray[np.bool_] | None]:
-    """Return the data of arrays, and the mask of all in their common shape; None if no array is masked."""
+    """Return the data of arrays, and the mask of all in their common shape; None if no array is masked.
+
+    `values` are arrays or numbers, masked or not; True in a mask marks a masked element.
+    """
     data, masks = [], []
     for value in values:
         if hasattr(value, "unmasked"):  # a masked array of Astropy
@@ -160,7 +166,8 @@ class Elementwise:
 
     def __call__(self, *arguments: Any) -> Any:
         """Return a float for numbers, an array for arrays, and a container for containers."""
-        # A container (pandas, xarray, Dask) calls this function again, with its arrays.
+        # A container (pandas, xarray, Dask) calls this function again, with its arrays. `map` ends with the arguments:
+        # one that is missing is refused by the function itself, which also brings arrays to a common shape.
         plain = list(map(without_unit, self.accepted, arguments))
         contained = by_container(self, plain)
         if contained is not NotImplemented:
@@ -191,8 +198,9 @@ def by_container(function: Any, values: Sequence[Any], **keywords: Any) -> Any:
     values : sequence
         The function's arguments; `keywords` are those of the call.
     """
-    # NumPy's protocol: container.__array_ufunc__(function, "__call__", *arguments). Arrays and NumPy's numbers have it,
-    # too, but only for true ufuncs.
+    # NumPy's protocol: container.__array_ufunc__(function, "__call__", *arguments), which returns `NotImplemented` if
+    # the container declines; the first one that does not, from the left. Arrays and NumPy's numbers have it, too, but
+    # only for true ufuncs, which the caller then calls itself.
     for value in values:
         protocol = None if isinstance(value, np.ndarray | np.generic) else getattr(value, "__array_ufunc__", None)
         result = NotImplemented if protocol is None else protocol(function, "__call__", *values, **keywords)

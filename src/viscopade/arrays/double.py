@@ -50,8 +50,11 @@ _LOG_PERIOD = 40 / 9 * math.log(8)
 _BLOCK = 1 << 13
 # The first guess has three digits, and each step doubles them. Measured: relative errors of 1e-3, 5e-7, 1e-13, 2e-16.
 _NEWTON_STEPS = 3
-_FAR = 300.0  # of ln v*: where the first guess ends; `_inverse` needs ln v* from -234 to 141
-_TINY = 2.0**-500  # eps or 1 - eps below it is a power of v*, and may be scaled
+# How far in ln v* the first guess goes beyond the table. A choice: `_inverse` needs ln v* from -234 to 141.
+_FAR = 300.0
+# eps or 1 - eps below it is a power of v*, and may be scaled. A choice, far above the subnormal numbers from 2^-1022
+# on.
+_TINY = 2.0**-500
 
 _SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
 _PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
@@ -149,7 +152,7 @@ def _rows() -> FloatArray:
     The first two columns, high and low, together are the coefficient of z^0; those of z, z^2, … follow.
     """
     rows = [panels.rows()[name, panel] for name in NAMES for panel in range(PANELS)]
-    # a_0 is an integer of 66 bits: the nearest double, and what remains.
+    # a_0 is an integer of up to 66 bits: the nearest double, and what remains.
     integers = [(float(row.a[0]), row.a[0] - int(float(row.a[0])), *row.a[1:]) for row in rows]
     return np.ldexp(np.array(integers, dtype=np.float64), [[row.exponent] for row in rows])
 
@@ -161,7 +164,7 @@ def _columns() -> tuple[FloatArray, ...]:
 
 
 def _value(function: int, place: Place) -> FloatArray:
-    """Return a function of the table (`_EPSILON`, `_LOSS`, …) at the s of a place, v* = 8^folds s."""
+    """Return a function of the table (its index `_EPSILON`, `_LOSS`, …) at the s of a place: not yet at v* = 8^folds s."""
     row = place.panel + PANELS * function
     high, low, *powers = _columns()
     # f = high + (low + z p(z)), p(z) = a_1 + a_2 z + … by Horner's rule. The part in brackets is much smaller than high
@@ -182,7 +185,7 @@ class _Expansion(NamedTuple):
 
 
 def _expansion(row: IntArray, place: Place) -> _Expansion:
-    """Return functions of the table, given by their rows, at the s of a place, v* = 8^folds s."""
+    """Return functions of the table, given by their rows, at the s of a place: not yet at v* = 8^folds s."""
     (high, low, *powers), z = _columns(), place.z
     # f = high + (low + z p(z)); Horner's rule for p = a_1 + a_2 z + … gives its derivative dp on the way.
     p, dp = powers[-1][row], np.zeros_like(z)
@@ -208,7 +211,10 @@ def _compiled(function: int, v_star: FloatArray) -> FloatArray:
 
 
 def _in_numpy(function: int, v_star: FloatArray) -> FloatArray:
-    """Return a function of the table at v*, by NumPy."""
+    """Return a function of the table, by its index, at v* >= 0 or inf, by NumPy.
+
+    eps and 1 - eps are pure numbers, x_max and tau_c in units of `Pair.length_scale` and `Pair.time_scale`.
+    """
     # 1 - eps is 1 to double precision from 2^FOLD on: there eps is below 2^-66.
     place = place_of(np.minimum(v_star, 2.0**FOLD) if function == _LOSS else v_star)
     value = _value(function, place)
@@ -224,6 +230,7 @@ def _slope(v_star: FloatArray) -> FloatArray:
     # d ln eps/d ln v* = (d eps/d ln v*)/eps = -(d (1 - eps)/d ln v*)/eps. For large v* the row of 1 - eps has lost the
     # digits of the derivative; up to v* = 5 both rows give the same (measured: to 5e-16), so any end below serves.
     elastic = place.s < 0.5
+    # 0 - x, because -x would be -0.0 at v* = 0.
     derivative = _expansion(place.panel + PANELS * np.where(elastic, _LOSS, _EPSILON), place).log_derivative
     return np.where(elastic, 0 - derivative, derivative) / _value(_EPSILON, place)
 
@@ -234,11 +241,11 @@ def _slope(v_star: FloatArray) -> FloatArray:
 def _inverse(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
     """Return v*, given the smaller of 1 - eps (where elastic) and eps, which is at most 1/2."""
     # If `small` is tiny, v* is a power of it: 1 - eps ~ v*^2, eps ~ v*^(-10/3). So 2^400 `small`, which is no subnormal
-    # number, belongs to 2^200 v*, or to 2^-120 v*. Even 2^400 _TINY = 2^-100 belongs to v* < 2^-49, or to v* > 2^29,
-    # where the powers hold to double precision.
+    # number (400 is a choice: a multiple of 2 and of 10/3), belongs to 2^200 v*, or to 2^-120 v*. Even 2^400 _TINY =
+    # 2^-100 belongs to v* < 2^-49, or to v* > 2^29, where the powers hold to double precision.
     tiny = small < _TINY
     scale = np.where(tiny, np.where(elastic, 2.0**-200, 2.0**120), 1.0)
-    # At 0, where v* is 0 or infinite, any number will do for the computation.
+    # At 0, where v* is 0 or infinite, any number will do for the computation, such as 0.25.
     portion = np.where(small == 0, 0.25, np.where(tiny, small * 2.0**400, small))
 
     # Newton's method, in the extension or here.
@@ -271,7 +278,10 @@ def _nodes() -> tuple[FloatArray, FloatArray]:
 
 
 def _newton(v_star: FloatArray, portion: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
-    """Return v* after a step of Newton's method for f(v*) = portion, f being 1 - eps where elastic, and else eps."""
+    """Return v* after a step of Newton's method for f(v*) = portion, f being 1 - eps where elastic, and else eps.
+
+    `v_star` is the guess, and `portion` between 0 and 1/2.
+    """
     place = place_of(v_star)
     row = place.panel + PANELS * np.where(elastic, _LOSS, _EPSILON)
     # f(v*) = scale (high + rest), with v* = 8^n s and eps(v*) = 2^(-10 n) eps(s); n = 0 where elastic.
@@ -311,7 +321,7 @@ def exact_of_speed(speed: FloatArray, beta: FloatArray) -> tuple[FloatArray, Flo
     speed, beta : array
         Speeds of impact v, and beta of v* = beta^(1/2) v^(1/10), in a unit of v^(-1/5); both positive.
     """
-    # v* = beta^(1/2) v^(1/10)
+    # v* = beta^(1/2) v^(1/10), where a long double has 64 bits or more in place of 53 (or the same)
     wide = np.sqrt(beta.astype(np.longdouble)) * np.power(speed.astype(np.longdouble), np.longdouble(1) / 10)
     v_star = wide.astype(np.float64)
     # The relative change of eps from v* to the wide v*: d ln eps = slope d ln v*. 1 - eps changes by -eps d ln eps.

@@ -1,7 +1,7 @@
 """The table of panels (data/double.txt): its rows, the panels, and the index of a panel from the bits of v*.
 
 The functions of v* are the coefficient of restitution eps, 1 - eps, the maximal compression x_max and the duration
-tau_c of the contact. A panel is an interval of v*, on which each of them is a polynomial in
+tau_c of the contact, in the units `Pair.length_scale` and `Pair.time_scale`. A panel is an interval of v*, on which each of them is a polynomial in
 
     z = (v* - centre)/(half width),    -1 <= z < 1    (0 <= z < 1 on panel 0, whose centre is 0).
 
@@ -25,6 +25,7 @@ IntArray = npt.NDArray[np.int64]
 
 NAMES = ("epsilon", "one_minus_epsilon", "x_max", "tau_c")
 
+# FIRST, SPLIT and COEFFICIENTS are choices: other panels with fewer or more coefficients would serve.
 # 14 coefficients on these panels have relative errors up to 2^-61.9, as the table's head says: below the 2^-53 of a
 # double. From 2^20 on the leading terms for large v* are exact to double precision: the next ones are smaller by
 # factors like 1/W, W = 12^(1/3) v*^(10/3) > 2^67 (derivations/10_large_v_star.py).
@@ -44,7 +45,9 @@ HALF_WIDTHS: FloatArray = np.concatenate([[_OCTAVES[0]], np.repeat(_OCTAVES / (2
 
 PANELS = len(CENTRES)
 
-_LARGEST = 2.0**1023  # stands for all larger v*, also inf: eps and x_max, like 2^-3410 and 2^-1364, are 0 there already
+# Stands for all larger v*, also inf: eps, x_max and tau_c, like 2^-3410, 2^-1364 and 2^-1364 times a logarithm, are 0
+# there already.
+_LARGEST = 2.0**1023
 
 # A double is sign, exponent + 1023 (BIAS) and the 52 bits of the significand behind its leading 1.
 _MANTISSA_BITS, _BIAS = 52, 1023
@@ -57,17 +60,18 @@ class Row(NamedTuple):
     a: tuple[int, ...]
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # read once
 def rows() -> dict[tuple[str, int], Row]:
     """Return all rows of the table, by function and panel.
 
     Raises
     ------
     OSError
-        If the table is not whole.
+        If the table is not whole, as after a broken installation.
     """
     text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
-    # A line is "epsilon 17 -66 a_0 a_1 …": function, panel, exponent and integers.
+    # Lines with # are the head. A line is "epsilon 17 -66 a_0 a_1 …": function, panel, exponent and 14 integers. A file
+    # that was cut lacks rows.
     lines = [line.split() for line in text.splitlines() if not line.startswith("#")]
     table = {(name, int(panel)): Row(int(e), tuple(map(int, a))) for name, panel, e, *a in lines}
     if len(table) != PANELS * len(NAMES):
@@ -86,14 +90,17 @@ class Place(NamedTuple):
 
 
 def place_of(v_star: FloatArray) -> Place:
-    """Find the panel from the bits of v*: a double's exponent and leading mantissa bits are one integer."""
+    """Find the panel from the bits of v*: a double's exponent and leading mantissa bits are one integer.
+
+    `v_star` is an array of doubles >= 0 or inf, which the callers have checked.
+    """
     bits = np.minimum(v_star + 0.0, _LARGEST).view(np.int64)  # -0.0 + 0.0 = 0.0, which has no bit of a sign
     # From 2^FOLD on, the exponent is lowered by PERIOD octaves as often as that leaves it at FOLD or above: v*/8^folds.
     folds = np.maximum((bits >> _MANTISSA_BITS) - (_BIAS + FOLD), 0) // PERIOD
     bits = bits - (PERIOD * folds << _MANTISSA_BITS)
     s = bits.view(np.float64)
     # The exponent and the SPLIT leading bits of the significand count the panels; the first one after panel 0 begins at
-    # 2^FIRST, and all below is panel 0.
+    # 2^FIRST, (BIAS + FIRST) 2^SPLIT as such a number (+ binds before <<), and all below is panel 0.
     panel = np.maximum((bits >> (_MANTISSA_BITS - SPLIT)) - ((_BIAS + FIRST << SPLIT) - 1), 0)
     return Place(s, folds, panel, (s - CENTRES[panel]) / HALF_WIDTHS[panel])
 
@@ -104,7 +111,7 @@ def index_of(v_star: float) -> tuple[int, int]:
     mantissa, exponent = math.frexp(min(v_star, _LARGEST))
     folds = max(exponent - 1 - FOLD, 0) // PERIOD
     octave = exponent - 1 - PERIOD * folds - FIRST
-    if octave < 0 or not v_star:
+    if octave < 0 or not v_star:  # 0 has the mantissa 0 and the exponent 0, which is no octave
         return 0, 0
     # Before the panel lie panel 0, 2^SPLIT panels for each lower octave, and those below it in its own octave.
     return 1 + (octave << SPLIT) + int((2 * mantissa - 1) * (1 << SPLIT)), folds

@@ -24,7 +24,7 @@ from viscopade.theory.series import derived, lambda_coefficients
 # Of the lambdas: the value of a polynomial has to fit into the enclosure of h_k by `series`, which is a few digits
 # narrower than 10^-digits. The polynomials lose at most one digit (measured for seven laws), so 40 are ample.
 MORE_DIGITS = 40
-LARGEST_POWER = 30  # of kappa: h_60 of the paper's law has 543 terms, and the number grows fast
+LARGEST_POWER = 30  # of kappa, a choice: h_60 of the paper's law has 543 terms, and the number grows fast
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def derive(equation: ScaledEquation, order: int, digits: int, end: End = "force"
     odd = range(1, max(order // law.d, 1) + 1, 2)
     lambdas = dict(zip(odd, lambda_coefficients(len(odd), digits + MORE_DIGITS, law), strict=True))
 
-    # The second way to the same numbers: power series in balls.
+    # The second way to the same numbers: power series in balls. `derived(…).h` has the balls of h_0 … h_order.
     enclosures = derived(order, digits, law).h
     with working(bits_for(digits + MORE_DIGITS) + 64):  # 64 bits (a machine word) for rounding in sums and products
         values = {k: _value(polynomial, lambdas) for k, polynomial in polynomials.items()}

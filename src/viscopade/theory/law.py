@@ -27,9 +27,9 @@ End = Literal["force", "return"]
 ENDS: tuple[End, ...] = ("force", "return")
 Exponent = str | int | float | Fraction
 
-# What is accepted; the theory has no such limits. The singularities of the flow in r, the roots of r^n_a = 1, come as
-# near to r = 1 as 2 sin(pi/n_a), so that larger powers need more and more terms.
-LARGEST_EXPONENT = 10  # of a and b
+# What is accepted is a choice; the theory has no such limits. The singularities of the flow in r, the roots of
+# r^n_a = 1, come as near to r = 1 as 2 sin(pi/n_a), so that larger powers need more and more terms.
+LARGEST_EXPONENT = 10  # of a and b; the laws with names below have 1 to 2 for a by default
 LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopade.collision.flow`
 LEAST_ELASTIC = Fraction(1, 1000)  # a number that a message can name for a > 0; m (a + 1) <= 40 allows a >= 1/39 anyway
 
@@ -47,7 +47,10 @@ class OwnDamping(NamedTuple):
     power: Fraction
 
     def value(self, c: float, *, k: float, mass: float) -> float:
-        """Return the constant of the force k xi^a + c xi^b xi' between bodies of this effective mass."""
+        """Return the constant, in `unit`, of the force k xi^a + c xi^b xi' between bodies of this effective mass.
+
+        All arguments are numbers in SI units: c in N s/m^(b+1), k in N/m^a, mass in kg.
+        """
         return float(c / (self.factor * k ** float(self.power) * mass ** float(1 - self.power)))
 
 
@@ -91,7 +94,8 @@ class Law:
             object.__setattr__(self, name, value)  # the class is frozen
         if str(end) not in ENDS:  # an array is compared with no text
             raise ValueError(arguments.refusal("end", end, "'force' or 'return'"))
-        # The exact function integrates a polynomial flow in r with the powers m (a + 1) and m (b + 1).
+        # Up to 40, a choice (above). The exact function integrates a polynomial flow in r with the powers m (a + 1) and
+        # m (b + 1).
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
                 f"the exponents {self} have too large denominators: expected a and b such that m (a + 1) and m (b + 1) "
@@ -150,7 +154,7 @@ class Law:
 
     @property
     def n_a(self) -> int:
-        """Numerator of nu in lowest terms: the elastic force is r^(n_a - 1) in the turning point equation."""
+        """Numerator of nu in lowest terms; the elastic force is like r^(n_a - 1) in the turning point equation."""
         return self.nu.numerator
 
     @property
@@ -216,7 +220,8 @@ class Law:
     @cached_property
     def contact_time(self) -> float:
         """Duration of the undamped contact, tau_c at kappa = 0: pi for the linear spring, 3.218 for Hertz'."""
-        # 2 int_0^x_max dx/sqrt(1 - 2 x^(a+1)/(a+1)), with x_max^(a+1) = (a+1)/2: a Beta function of 1/(a+1) and 1/2.
+        # In units of `time_scale`: 2 int_0^x_max dx/sqrt(1 - 2 x^(a+1)/(a+1)), with x_max^(a+1) = (a+1)/2: a Beta
+        # function of 1/(a+1) and 1/2.
         power = float(self.elastic) + 1
         gammas = math.gamma(1 + 1 / power) / math.gamma(0.5 + 1 / power)
         return 2 * math.sqrt(math.pi) * float((power / 2) ** (1 / power)) * gammas
@@ -262,7 +267,8 @@ class Law:
 
         Speed and damping may be 0, the others are positive; quantities with a unit (of Astropy or Pint) are converted.
         """
-        # The units of k and c depend on the exponents; `arguments.UNITS` has the others.
+        # The units of k and c depend on the exponents; `arguments` has those of speed (m/s) and mass (kg), and its
+        # `exact_number` returns a number, or a quantity in this unit, as a fraction.
         units = {"k": self.stiffness_unit, "damping": self.damping_unit}
         accepted = "a positive number (speed and damping may be 0)"
 
@@ -289,11 +295,11 @@ def _metres(power: Fraction) -> str:
 def _exponent(name: str, value: object, least: Fraction) -> Fraction:
     """Return `value` as an exact exponent of a law, from `least` to 10; a string may be a fraction, such as 3/2.
 
-    `name` is that of the exponent in messages, such as a.
+    `name` is that of the exponent in messages, such as a. The largest exponent, 10, is a choice (`LARGEST_EXPONENT`).
     """
     accepted = f"a rational number such as 3/2 or 0.25, from {least} to {LARGEST_EXPONENT}"
     if isinstance(value, str) and value.count("/") == 1:
-        # Numerator and denominator; a number with ten digits or more is no exponent that anybody means.
+        # Numerator and denominator; a number with ten digits or more (a choice) is no exponent that anybody means.
         top, bottom = (
             arguments.exact_number(name, part, accepted, lambda x: abs(x) < 10**9) for part in value.split("/")
         )
@@ -304,7 +310,8 @@ def _exponent(name: str, value: object, least: Fraction) -> Fraction:
 
 
 def _power(number: dict[str, float], compliance: Fraction, speed: Fraction) -> float:
-    """Return (mass/k)^compliance v^speed."""
+    """Return (mass/k)^compliance v^speed, two given powers of the values in `number`: "mass", "k" and "speed" (v)."""
+    # At v = 0 a negative power is infinite, where Python's raises an error.
     v = number["speed"]
     factor = math.inf if v == 0 and speed < 0 else float(v ** float(speed))
     return float((number["mass"] / number["k"]) ** float(compliance)) * factor
@@ -369,8 +376,8 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
         raise TypeError(arguments.refusal("law", text, f"{ACCEPTED_LAWS}, or a Law"))
     name, _, n = text.strip().partition(":")
     numbers = text.split(",")
-    # A name, and for some laws an exponent: "hunt-crossley:3/2". n from 1/10 on, as Kelvin-Voigt bodies have b = 1/n <=
-    # 10. Laws without an exponent get 1, which they do not use.
+    # A name, and for some laws an exponent: "hunt-crossley:3/2". n from 1/10 on, as Kelvin-Voigt bodies have b = 1/n,
+    # and b is 10 at most (`LARGEST_EXPONENT`, a choice). Laws without an exponent get 1, which they do not use.
     if name in NAMED and (not n or NAMED[name].n is not None):
         named = NAMED[name]
         exponent = _exponent("n", n, Fraction(1, LARGEST_EXPONENT)) if n else named.n or Fraction(1)

@@ -42,15 +42,17 @@ from viscopade.theory.series import derived
 if TYPE_CHECKING:
     from mpmath import mp
 
-DOUBLET_TOLERANCE = 0.01  # distance of a pole and a zero over the pole's modulus, below which they count as a doublet
+# Distance of a pole and a zero over the pole's modulus, below which they count as a doublet; a choice, for reports
+# only.
+DOUBLET_TOLERANCE = 0.01
 # Number of coefficients beyond order m+n, among which is the first one that differs from the approximant's series
-# (measured for 199 approximants of four laws: number 1 or 2 of them).
+# (measured for 199 approximants of four laws: number 1 or 2 of them; the others are a margin).
 LOOK_AHEAD = 6
-# Degrees that replace [m/n] in a message: the largest |m' - m| + |n' - n|, and the digits to which they are determined;
-# any few digits show that they exist.
+# Degrees that replace [m/n] in a message: the largest |m' - m| + |n' - n|, and the digits to which they are determined.
+# Both are choices; any few digits show that they exist.
 NEAR, NEAR_DIGITS = 4, 20
-# Largest m + n for which a singular system is told from one that needs more digits: h_k as polynomials in the lambdas
-# have more and more terms (543 for h_60 of the paper's law).
+# Largest m + n for which a singular system is told from one that needs more digits. A choice: h_k as polynomials in the
+# lambdas have more and more terms (543 for h_60 of the paper's law).
 LARGEST_DECIDED = 40
 
 
@@ -90,6 +92,8 @@ class Root:
 
     def decimals(self, digits: int) -> tuple[str, str]:
         """Return real and imaginary part, correctly rounded at the decimal place of the `digits`-th digit of |root|."""
+        # One place for both parts: their errors are those of the complex number, so that a part which is much smaller
+        # than the modulus has fewer digits. The imaginary part of a real root is 0, its enclosure only contains 0.
         imaginary = arb(0) if self.real else self.value.imag
         size = abs(self.value)
         parts = decimal_at(self.value.real, size, digits), decimal_at(imaginary, size, digits)
@@ -154,7 +158,8 @@ class Pade(Determined):
 
     def _order_conditions(self) -> list[arb]:
         """Return (b eps - a)_k for k <= m + n: enclosures of zero."""
-        # 64 bits (a machine word) more than the accurate digits of h, so that rounding does not count.
+        # 64 bits (a machine word) more than the accurate digits of h (of the worst h_k), so that rounding does not
+        # count.
         with working(bits_for(relative_digits(self.h)) + 64):
             return _defects(self.a, self.b, self.h)[: self.m + self.n + 1]
 
@@ -292,9 +297,9 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
     # serve at once. The eight guard digits are a choice: with too few of them the loop below takes another turn. Other
     # laws lose up to 1.8 (m+n), and need a second or third attempt.
     series_digits = digits + 8 + int(0.7 * (m + n))
-    # Ten times as many digits as the coefficients and one for each order, that is 10 (m+n), five times the largest loss
-    # above; ten more, a choice, so that [0/0] to one digit has attempts, too. A system that these do not determine has
-    # a coefficient that is 0, or so it seems: then the function refuses.
+    # Ten times the digits of the coefficients, and ten for each order m+n, five times the largest loss above. Ten more
+    # in the brackets are a choice, so that [0/0] to one digit has attempts, too. A system that these do not determine
+    # has a coefficient that is 0, or so it seems: then the function refuses.
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
         # Both are rounded up to a multiple of 16 (a choice), so that approximants of like degrees share a derivation.
@@ -325,8 +330,9 @@ def _determined_near(m: int, n: int, law: Law) -> str:
     """Return degrees near [m/n] that `NEAR_DIGITS` digits determine under a law, as the end of an error message."""
     near = [(i, k) for i in range(m + NEAR + 1) for k in range(max(n - NEAR, 0), n + NEAR + 1)]
     near = [(i, k) for i, k in near if 0 < abs(i - m) + abs(k - n) <= NEAR]
-    # One series for all of them. Four digits an order are twice the largest loss that was measured (`_pade`), as there
-    # is no second attempt here.
+    # `near` has the pairs of degrees at a distance of 1 to NEAR (a choice); the nearest one that exists is named. One
+    # series for all of them: `derived(…).h` has the balls of h_0, h_1, …. Four digits an order are twice the largest
+    # loss that was measured (`_pade`), as there is no second attempt here.
     series_digits = NEAR_DIGITS + 4 * (m + n + NEAR)
     h = derived(m + n + NEAR + LOOK_AHEAD, series_digits, law).h
     with working(bits_for(series_digits) + 64):  # 64 bits as in `_pade`
@@ -349,6 +355,7 @@ def _solved(h: tuple[arb, ...], m: int, n: int, digits: int) -> Pade:
     """Return [m/n] from enclosures of the series. To be called within `working`."""
     a, b = solution(h, m, n)
     _demand(a + b, digits)
+    # Accurate digits of the worst h_k, less those of the worst coefficient; exact ones do not count.
     lost = max(relative_digits(h) - relative_digits(a + b), 0)
     return assembled(a, b, h, m, n, digits, _roots(a, digits), _roots(b, digits), lost, _contact(a, b, h))
 
@@ -404,17 +411,19 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
     enclosed. The proof assumes nothing about x and R; a poor x makes a wide ball.
     """
     numerator, denominator = built(h, m, n)
-    # b_0 = 1 is the normalisation: mpmath's number, with its distance from 1 as radius. The error b - x of the others
+    # b_0 = 1 is the normalisation: mpmath's number, with its distance from 1 as radius (0, as mpmath sets it to 1). The
+    # error b - x of the others
     # solves the system with the residual as its right side.
     b = [arb(denominator[0], 1 - denominator[0])]
     if n:
         entries, right = order_system(h, m, n, arb(0))
-        # A, x, R, and R (y - A x)
+        # A, x, R, and R (y - A x). "approx" is FLINT's unproven solution, "lu" its plain elimination in balls.
         matrix, x = arb_mat(n, n, entries), denominator[1:]
         identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
         inverse = matrix.mid().solve(identity, algorithm="approx")
         residual = arb_mat(n, 1, right) - matrix * arb_mat(n, 1, x)
         errors = (inverse * matrix).solve(inverse * residual, algorithm="lu").entries()
+        # The ball around x_i of a radius that no number in the ball `error` exceeds contains b_i.
         b += [arb(x_i, error) for x_i, error in zip(x, errors, strict=True)]
     # The first m + 1 order conditions give the true a.
     a = [arb(a_k, _product_coefficient(b, h, k) - a_k) for k, a_k in enumerate(numerator)]
@@ -435,7 +444,10 @@ def built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
 
 
 def order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:
-    """Return the matrix (by rows) and right side of the order conditions m+1 … m+n."""
+    """Return the matrix (by rows) and right side of the order conditions m+1 … m+n for b_1 … b_n.
+
+    Order k is sum_(1<=i<=n) h_(k-i) b_i = -h_k, where h_j = 0 for j < 0: the `zero` of the numbers' type.
+    """
     rows = range(m + 1, m + n + 1)
     return [h[k - i] if k >= i else zero for k in rows for i in range(1, n + 1)], [-h[k] for k in rows]
 
@@ -464,7 +476,8 @@ def _contact(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> tuple[int,
         if not defect.contains(0):
             return k - 1, defect
         if not (defect.is_exact() and defect.is_zero()):
-            # Contains 0, but not proven to be 0. How many digits would tell is not known; ten narrow the ball by 10^10.
+            # Contains 0, but not proven to be 0. How many digits would tell is not known; ten, a choice, narrow the
+            # ball by 10^10, and cost another attempt if they are too few.
             raise _TooWideError(10)
     return len(h) - 1, arb(0)
 
@@ -509,7 +522,7 @@ def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
     # laws, moduli are 0.09 or more; six digits allow for 10^-4.
     try:
         values = acb_poly(list(polynomial)).roots(tol=arb(10) ** -(digits + 6))
-    except ValueError:  # not isolated: too few digits, or a multiple root
+    except ValueError:  # not isolated: too few digits, by an unknown number (as many again), or a multiple root
         raise _TooWideError(digits) from None
     roots = [Root(value, 1, is_real(value, values)) for value in values]
     # Each root has two digits more than are shown, and its parts round to one decimal number.
@@ -533,7 +546,7 @@ def is_real(value: acb, values: Sequence[acb]) -> bool:
     # itself.
     mirror = value.conjugate()
     if sum(mirror.overlaps(other) for other in values) > 1:
-        raise _TooWideError(10)  # not known by how much; ten digits make the enclosures 10^10 times narrower
+        raise _TooWideError(10)  # not known by how much; ten digits, a choice, make enclosures 10^10 times narrower
     return True
 
 
@@ -562,8 +575,9 @@ def _singular(m: int, n: int, law: Law) -> bool:
     from viscopade.theory.symbolic import h_polynomial  # loads SymPy, only for a system that may be singular
 
     h = [h_polynomial(k, law) for k in range(m + n + 1)]
-    # Primes in place of the lambdas, 3, 5, 7, … and 113, 127, …: a determinant that is not identically 0 will hardly be
-    # 0 for both, as it is a polynomial with rational coefficients.
+    # Primes in place of the lambdas, from number 2 on, 3, 5, 7, …, and from number 30 on, 113, 127, … (a choice; any
+    # two sets of numbers without a relation serve): a determinant that is not identically 0 will hardly be 0 for both,
+    # as it is a polynomial with rational coefficients.
     symbols = sorted(set().union(*(h_k.free_symbols for h_k in h)), key=str)
     for offset in (2, 30):
         values = {symbol: sympy.prime(offset + i) for i, symbol in enumerate(symbols)}

@@ -80,7 +80,8 @@ class PrintedCoefficient:
 def approximants(digits: int) -> tuple[Pade, ...]:
     """Return the approximants of the paper's table, derived to 12 digits or more, because `compare` rounds them.
 
-    The table has up to six digits; the other six tell to which of these ours rounds.
+    The table has up to six digits; the other six, a choice, tell to which of these ours rounds. The most digits are a
+    choice of `arguments`, against typing errors.
     """
     digits = arguments.integer("digits", digits, 12, arguments.MAX_DIGITS)
     return tuple(pade(m, n, digits) for m, n in TABLE)

@@ -54,11 +54,12 @@ if TYPE_CHECKING:
 # Beyond the bits of the decimals: an enclosure of half a unit of the last digit straddles a boundary of rounding half
 # of the time, one that is 2^8 times narrower once in 256 times.
 GUARD_BITS = 8
-# Two attempts usually suffice (measured: five at most, see `Effort.guess`); after so many, a coefficient is exactly
-# zero.
+# Two attempts usually suffice (measured: five at most, see `Effort.guess`); after so many, four times the measured ones
+# (a choice), a coefficient is exactly zero.
 MAX_ATTEMPTS = 20
 MOST_MEMORY = 4  # in GB, for the orders: a choice, so that a request does not fill a small computer's memory
-# Constant part of the cost of order n, over the cost of a term of its sum over lower orders; for the progress bar.
+# Constant part of the cost of order n, over the cost of a term of its sum over lower orders. It moves the progress bar,
+# nothing else.
 ORDER_COST = 6
 
 
@@ -151,6 +152,8 @@ def series(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VI
     `digits` and `order` determine the working precision and the number of Taylor terms. If the enclosures are too wide,
     they are computed again with more, so that all wanted digits are always proven.
     """
+    # 30 digits by default are a choice: twice those of a double. So are the limits 1000 and 5000, which `arguments` has
+    # for all functions: a typing error is refused, and not computed for hours.
     return _series(arguments.order(order), arguments.digits(digits), law_of(law))
 
 
@@ -159,7 +162,10 @@ _derivations: deque[Series] = deque(maxlen=16)  # the latest ones; this number a
 
 @lru_cache(maxsize=64)
 def _series(order: int, digits: int, law: Law) -> Series:
-    """Return h_0 … h_order of a law to `digits` digits, from a longer and more accurate series if there is one."""
+    """Return h_0 … h_order of a law to `digits` digits, from a longer and more accurate series if there is one.
+
+    So the balls depend on earlier calls; their decimals do not.
+    """
     for longer in tuple(_derivations):  # a copy, as another thread may append
         h = longer.h[: order + 1]
         enough = longer.law == law and longer.order >= order and longer.digits >= digits
@@ -171,7 +177,11 @@ def _series(order: int, digits: int, law: Law) -> Series:
 
 @lru_cache(maxsize=16)
 def derived(order: int, digits: int, law: Law = VISCOELASTIC) -> Series:
-    """Return h_0 … h_order, derived to just these digits; the balls do not depend on earlier derivations."""
+    """Return h_0 … h_order, derived to just these digits; the balls do not depend on earlier derivations.
+
+    So what is computed from the balls themselves, such as `Pade.digits_lost`, is the same in every session.
+    """
+    # v*^order = kappa^(order/d): the highest power of kappa, and of K.
     h = _enclosed(lambda effort: _h(order, effort, law), order // law.d, digits, law)
     new = Series(order, digits, h, law)
     _derivations.append(new)
@@ -185,8 +195,8 @@ def lambda_coefficients(
 
     c = 1/nu - 1/2. Every decimal is determined to `digits` significant digits.
     """
-    # 30 digits are a choice. At most as many lambdas as h_1000 of the paper's law has, a quarter of the order:
-    # v*^1000 = kappa^500, so lambda_1, lambda_3, … lambda_499.
+    # 30 digits are a choice, and so is the largest order 1000 (`arguments.MAX_ORDER`). At most as many lambdas as
+    # h_1000 of the paper's law has, a quarter of the order: v*^1000 = kappa^500, so lambda_1, lambda_3, … lambda_499.
     # `count` lambdas are the odd coefficients below order 2 count.
     count, exponents = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
     return _enclosed(
@@ -196,7 +206,7 @@ def lambda_coefficients(
 
 def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> tuple[arb, ...]:
     """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0), to `digits` digits."""
-    # At most as many as h_1000 of the paper's law needs: v*^1000 = kappa^500.
+    # 30 digits are a choice. At most as many as h_1000 of the paper's law needs, v*^1000 = kappa^500; 1000 is a choice.
     n, exponents = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
     return _enclosed(lambda effort: _g(n, effort, exponents), n, arguments.digits(digits), exponents)
 
@@ -222,7 +232,7 @@ class MeetingPoint(NamedTuple):
         Parameters
         ----------
         n_a : int
-            Power of the elastic force, `Law.n_a`.
+            `Law.n_a`: the elastic force is like r^(n_a - 1).
         orders_per_term : float
             n/j, the highest order in K over the number of Taylor coefficients.
         """
@@ -233,7 +243,8 @@ class MeetingPoint(NamedTuple):
             r = i / 1024
             return bool(r * radius / (1 - r) * sqrt(radius**3 / (1 - r)) ** orders_per_term > 1)
 
-        # A multiple of 1/1024, so that powers of the fraction r are short. The bits are rounded down.
+        # A multiple of 1/1024 (a choice), so that powers of the fraction r are short. The bits are rounded down to
+        # thousandths: too few cost only terms, and the last digits of a machine's logarithm do not count.
         r = Fraction(bisect_left(range(1024), True, key=inner_is_larger), 1024)
         return cls(r, floor(-1000 * log2(float(r))) / 1000)
 
@@ -266,6 +277,7 @@ class Effort:
             Significant decimal digits of every coefficient.
         """
         nu = float(law.nu)
+        # All numbers below were fitted by hand to the measurements.
         # Bits that an order costs because the h_k fall: six for each unit of nu above 5/3, at most 1.6, and 2.5 for nu
         # < 1. Bits that it costs less for 1 <= nu < 3/2. Both are fitted to measurements.
         falling = min(max(6.0 * (nu - 5 / 3), 0.0), 1.6) if nu >= 1 else 2.5
@@ -280,19 +292,21 @@ class Effort:
             lost = orders * (log2(1 + terms / max(orders, 1)) + 0.5 + falling - saved)
             lost += 0.8 * max(orders - 120, 0)
             terms = int((needed + lost) / MeetingPoint.balanced(law.n_a, orders / terms).bits_per_term) + 8
-        # Rounding costs 22 bits and 1.1 bits an order or more. Measured for nine laws: these are tight, as 22 bits less
-        # are too few for every law with 10 orders, and half a bit less an order for eight of nine with 40 orders.
+        # Rounding costs 22 bits and 1.1 bits an order or more, more by a quarter of `falling`. Measured for nine laws:
+        # these are tight, as 22 bits less are too few for every law with 10 orders, and half a bit less an order for
+        # eight of nine with 40 orders.
         return cls(int(needed + (1.1 + 0.25 * falling) * orders) + 22, terms)
 
     def memory(self, orders: int) -> float:
         """Return the approximate number of bytes of the orders: those of both sides, and of a product of two."""
-        # Each order has `terms` coefficients of `bits` bits on either side; products and sums take as much as 40
-        # orders.
+        # Each order has `terms` coefficients of `bits` bits, eight to a byte, on either side; products and sums take
+        # about as much as 40 orders.
         return (2 * orders + 40) * self.terms * self.bits / 8
 
     def raised(self, missing_bits: int, bits_per_term: float) -> Effort:
         """Return the estimated effort for `missing_bits` more bits."""
-        more = missing_bits + 8  # eight more than seem to be missing, so that one more attempt is enough
+        # Eight bits and a term more than seem to be missing, a choice, so that one more attempt is enough.
+        more = missing_bits + 8
         return Effort(self.bits + more, self.terms + int(more / bits_per_term) + 1)
 
 
@@ -322,14 +336,18 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
 
 
 def _require_memory(orders: int, digits: int, law: Law) -> None:
-    """Raise ValueError if a law's orders to `digits` digits take more than `MOST_MEMORY`, before they are computed."""
+    """Raise ValueError if a law's orders to `digits` digits take more than `MOST_MEMORY`, before they are computed.
+
+    `orders` is the highest power of K. The memory is that of the first effort, an estimate.
+    """
 
     def gigabytes(digits: int) -> float:
         """Return the memory that the orders take with the first effort."""
         return Effort.guess(orders, digits, law).memory(orders) / 2**30  # 2^30 bytes are a GB
 
     if gigabytes(digits) > MOST_MEMORY:
-        # The message has the largest number of digits that fits.
+        # The message has the largest number of digits that fits: one less than the first that does not, as memory grows
+        # with the digits. `MOST_MEMORY` is a choice.
         fewer = bisect_left(range(digits), True, key=lambda number: gigabytes(number) > MOST_MEMORY) - 1
         raise ValueError(
             f"{digits} digits of a series to this order need about {gigabytes(digits):.0f} GB of memory: expected what "
@@ -353,7 +371,8 @@ def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tupl
 
     With P_n = n_a int_r^1 g_{n-1} s^(n_b-1) ds the hierarchy reads 2 g_0 g_n = P_n - sum_{0<i<n} g_i g_{n-i}. On the
     inner side, r = b y, all of g_n is expanded; on the outer side, 1 - r = a y, g_n = y^((n+1)/2) f_n(y) and f_n is.
-    The two meet at y = 1, a + b = 1 (`MeetingPoint`).
+    The two meet at y = 1, a + b = 1 (`MeetingPoint`). From here on a and b are these two lengths, not the exponents of
+    the law, as in docs/theory/error-bounds.md.
     """
     algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.balanced(n_a, order / effort.terms).r
     inner, outer = _Inner(algebra, meeting, n_a, n_b), _Outer(algebra, meeting, n_a, n_b)
@@ -374,13 +393,17 @@ def _next_order(algebra: Wiener, f: Orders, half_inverse: FunctionBall, p: Funct
 
 
 class _Outer:
-    """Taylor series around the turning point: 1 - r = a y, g_n = y^((n+1)/2) f_n, P_n = y^((n+2)/2) p_n."""
+    """Taylor series around the turning point: 1 - r = a y, g_n = y^((n+1)/2) f_n, P_n = y^((n+2)/2) p_n.
+
+    a is the length of this side in r, no exponent of the law. Functions of y are balls of `algebra`, integers in units
+    of 2^-bits.
+    """
 
     def __init__(self, algebra: Wiener, meeting: Fraction, n_a: int, n_b: int) -> None:
-        """Start with f_0, for the powers of a law; `meeting` is the r at which both sides meet, y = 1."""
+        """Start with f_0, for a law with nu = n_a/n_b; `meeting` is the r at which both sides meet, y = 1."""
         a = 1 - meeting
         self.algebra = algebra
-        # g_0^2 = 1 - (1 - a y)^n_a = y f_0^2
+        # g_0^2 = 1 - (1 - a y)^n_a = y f_0^2; `root_and_half_inverse` returns f_0 and 1/(2 f_0).
         square = [-comb(n_a, j) * (-a) ** j for j in range(1, n_a + 1)]
         f0, self.half_inverse = algebra.root_and_half_inverse(square)
         self.f = Orders([f0])
@@ -390,7 +413,8 @@ class _Outer:
         self.weight = fmpz_poly([scale, -a.numerator]) ** (n_b - 1)
         self.weight_norm = (scale + a.numerator) ** (n_b - 1)
         self.scale = scale ** (n_b - 1)
-        self.factor = 2 * n_a * a  # of the integral
+        # Of the integral: n_a a from n_a ds = n_a a dy, and y^(n/2 + j) gives 2/(n + 2 + 2 j).
+        self.factor = 2 * n_a * a
 
     def advance(self, n: int) -> tuple[int, int]:
         """Append f_n and return P_n at y = 1 as (value, error)."""
@@ -411,10 +435,10 @@ class _Outer:
 
 
 class _Inner:
-    """Taylor series around r = 0: r = b y."""
+    """Taylor series around r = 0: r = b y. b is the length of this side in r, no exponent of the law."""
 
     def __init__(self, algebra: Wiener, b: Fraction, n_a: int, n_b: int) -> None:
-        """Start with g_0, for the powers of a law; b is the r at which both sides meet, y = 1."""
+        """Start with g_0, for a law with nu = n_a/n_b; b is the r at which both sides meet, y = 1."""
         self.algebra = algebra
         # g_0^2 = 1 - r^n_a = 1 - b^n_a y^n_a
         g0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *(n_a - 1) * [Fraction(0)], -(b**n_a)])
@@ -492,10 +516,11 @@ def _padded(power_series: arb_series, length: int) -> list[arb]:
 def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
     """Return H_0 … H_order of a law, the rational coefficients of H(delta); 1, 0, 0, … if nothing is delayed.
 
-    With delta = (K U)^(n_a/d)/U^2, U = V(-K), and in units of the end values, s = H^(1/d) p, h = H k(p),
-    mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and
-    H = 1/k(0). Each order of mu is a polynomial in p, and Lagrange's inversion of mu(delta) gives
-    H_j = 1/j [mu^(j-1)] F'/F F^(1 + e j), F(mu) = 1/k(0).
+    delta = (K U)^(n_a/d)/U^2, U = V(-K), which is 2/(a+1) v*^n_a eps0^e. In units of the end values, s = H^(1/d) p,
+    h = H k(p), mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads
+    k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and H = 1/k(0). Each order of mu is a polynomial in p, and Lagrange's inversion of mu(delta) gives
+    H_j = 1/j [mu^(j-1)] F'/F F^(1 + e j), F(mu) = 1/k(0). derivations/05_end_of_contact.py has the problem for the
+    paper's law, 15_laws.py for the others.
     """
     if not law.delayed:
         return (Fraction(1), *order * [Fraction(0)])
@@ -514,7 +539,8 @@ def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
             products += k[i // 2] * k[i // 2]
         k.append((right - products) / 2)
 
-    # H_j = 1/j [mu^(j-1)] (ln F)' F^(1 + e j), F = 1/k(0). The fractions are exact at any precision in bits.
+    # H_j = 1/j [mu^(j-1)] (ln F)' F^(1 + e j), F = 1/k(0). The fractions are exact at any precision in bits, such as
+    # 64; order + 1 is the number of coefficients.
     end = [Fraction(1)]
     with working(64, order + 1):
         log_f: Any = -fmpq_series([k_i[0] for k_i in k], prec=order + 1).log()  # the stub lacks products with fmpq
@@ -532,6 +558,7 @@ def _require_terms(power_series: arb_series | fmpq_series, length: int) -> None:
 
 
 def _coefficient(power_series: fmpq_series, j: int) -> fmpq:
+    """Return coefficient j; FLINT drops zeros at the end."""
     _require_terms(power_series, j + 1)
     coefficients = power_series.coeffs()
     return coefficients[j] if j < len(coefficients) else fmpq(0)
@@ -562,7 +589,7 @@ def _h(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
 def _vanishing(exponent: Fraction, law: Law) -> Fraction | None:
     """Return the n for which the coefficient of kappa^n in eps0^exponent is exactly 0, as it may be for nu > 2.
 
-    By Lagrange's inversion it is a multiple of [nu^n] exp(-(exponent + n c) Lambda(nu))/(exponent + n c), Lambda odd:
+    By Lagrange's inversion it is a multiple of [x^n] exp(-(exponent + n c) Lambda(x))/(exponent + n c), Lambda odd:
     of an odd function without its first power if exponent + n c = 0 and n is even.
     """
     n = -exponent / law.c if law.c else None

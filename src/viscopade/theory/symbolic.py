@@ -111,6 +111,7 @@ def hierarchy(n: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Eq:
     TypeError, ValueError
         If `n` is not an integer from 0 to 1000.
     """
+    # The largest order, 1000, is a choice of `arguments` for all functions, against typing errors.
     n = arguments.integer("n", n, 0, arguments.MAX_ORDER)
     equation = turning_point_equation(law)
     # Higher orders of g do not reach K^n.
@@ -155,11 +156,14 @@ def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC)
 
 @lru_cache(maxsize=8)  # a choice
 def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order of a law from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`)."""
+    """Return H_0 … H_order of a law from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`).
+
+    derivations/05_end_of_contact.py and 15_laws.py derive this equation.
+    """
     if not law.delayed:
         return (Fraction(1), *order * [Fraction(0)])
     polynomials = _unloading_polynomials(order, law)  # h_0, h_1, …
-    end_values = [fmpq(1)]
+    end_values = [fmpq(1)]  # H_0 = h_0 = 1
     # powers[m][i] is coefficient i of H^(m/d). h_j has the degree n_a j: delta always comes with s^n_a.
     powers = [[fmpq(1)] for _ in range(law.n_a * order + 1)]
     for n in range(1, order + 1):
@@ -199,7 +203,7 @@ def _next_in_power(base: list[fmpq], power: list[fmpq], exponent: fmpq) -> fmpq:
 
 
 def lambda_symbol(k: SupportsIndex) -> sp.Symbol:
-    """Return the symbol lambda_k, the coefficient of nu^k in the odd function Lambda(nu).
+    """Return the symbol lambda_k, the coefficient of x^k in the odd function Lambda(x), x = kappa eps0^c.
 
     Raises
     ------
@@ -288,6 +292,7 @@ def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
 
         h_k = sum H_j (2/(a+1))^j q/(q + c n) [x^n] exp(-(q + c n) Lambda(x)).
     """
+    # The largest order, 1000, is a choice of `arguments` for all functions, against typing errors.
     k, law = arguments.integer("k", k, 0, arguments.MAX_ORDER), law_of(law)
     terms: list[sp.Expr] = []
     # end_value is H_j, and n the power of x with n_a j + d n = k.
@@ -330,6 +335,7 @@ def _odd_partitions(n: int, largest: int) -> Iterator[dict[int, int]]:
 
 def _odd(k: SupportsIndex) -> int:
     """Return an index of a lambda, which is an odd integer from 1 to 999."""
+    # The largest order, 1000, is a choice of `arguments`; 999 is the odd number below.
     k = arguments.integer("k", k, 1, arguments.MAX_ORDER - 1)
     if k % 2 == 0:
         raise ValueError(f"k is {k}: expected an odd integer, because Lambda is odd")
