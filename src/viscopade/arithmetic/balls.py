@@ -27,8 +27,12 @@ if TYPE_CHECKING:
 _turn = RLock()
 
 BITS_PER_DIGIT = 3.3219280948873626  # log2(10), rounded up in the last place
-_LARGEST_EXPONENT = 10**9  # of a decimal number; Decimal's default of 999999 would turn larger ones into infinity
-_GUARD_DIGITS = 15  # FLINT adds up to a unit of the last digit to the radius: 10^-14 of what the caller asks for
+# Of a decimal number: Decimal's default of 999999 would turn larger ones into infinity. A choice, beyond all numbers
+# here.
+_LARGEST_EXPONENT = 10**9
+# More digits than the caller asks for, a choice: FLINT adds up to a unit of the last digit to the radius, which is then
+# less than 10^-14 of a unit of the caller's last digit.
+_GUARD_DIGITS = 15
 
 
 def bits_for(digits: int) -> int:
@@ -79,6 +83,7 @@ def ball_of(number: Fraction) -> arb:
 
 def rational_power(base: arb, exponent: Fraction) -> arb:
     """Return a power of a positive ball."""
+    # base^(p/q) is the q-th root of base^p.
     power: arb = (base**exponent.numerator).root(exponent.denominator)
     return power
 
@@ -156,7 +161,7 @@ def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
     if len(rounded_ends) != 1:
         return None
     # integer 10^place: a part is no larger than the modulus, so `digits` digits hold it, and one that a carry may add;
-    # five allow for numbers up to 10^5 times `size`.
+    # five, a choice, allow for numbers up to 10^5 times `size`.
     context = Context(prec=digits + 5, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
     number = Decimal(rounded_ends.pop()).scaleb(place, context)
     return str(number).lower() if number else "0"
@@ -164,14 +169,15 @@ def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
 
 def _exponent(size: arb) -> int:
     """Return the decimal exponent of a positive ball's middle."""
-    # The integer has five digits or more; its length and the exponent of its last digit give that of the first one.
+    # The integer has five digits (any number serves) or more; its length and the exponent of its last digit give that
+    # of the first one.
     middle, _, exponent = (int(part) for part in size.mid().mid_rad_10exp(5))
     return exponent + len(str(middle)) - 1
 
 
 def relative_digits(balls: Iterable[arb]) -> int:
     """Return the least number of accurate decimal digits among the inexact balls."""
-    # If all are exact, more digits than anybody asks for.
+    # If all are exact, 10^9 bits: more than anybody asks for.
     bits = min((ball.rel_accuracy_bits() for ball in balls if not ball.is_exact()), default=10**9)
     return int(bits / BITS_PER_DIGIT)
 

@@ -49,11 +49,11 @@ def cut(p: fmpq_poly, degree: int) -> fmpq_poly:
 
 
 def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
-    """Return a bound of |p| on [-1, 1]: the largest sum of |Chebyshev coefficients| on any of several equal parts.
+    """Return a bound of |p| on [-1, 1]: the largest sum of |Chebyshev coefficients| on any of `parts` equal parts.
 
     One part is enough if p is nearly a multiple of a Chebyshev polynomial.
     """
-    # Part i of [-1, 1] is mapped to [-1, 1] by x = (2 i + 1) / parts - 1 + y / parts.
+    # Part i of [-1, 1] is mapped to [-1, 1] by x = (2 i + 1) / parts - 1 + y / parts, with half of its width 1/parts.
     half = fmpq(1, parts)
     on_parts = (p(fmpq_poly([(2 * i + 1) * half - 1, half])) for i in range(parts)) if parts > 1 else (p,)
     # |T_n| <= 1 on [-1, 1], so |p| <= sum |c_n|.
@@ -64,7 +64,7 @@ def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
 def nodes(number: int) -> tuple[Fraction, ...]:
     """Return the zeros of T_number, to 40 bits: any points close to the zeros serve as nodes.
 
-    Fractions of 40 bits keep the exact interpolation at these nodes short.
+    Fractions of 40 bits, a choice, keep the exact interpolation at these nodes short.
     """
     with working(64):  # FLINT's cosines are then right to more than 40 bits, so that rounding them is reproducible
         # cos(pi (2 i + 1) / (2 n))

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from flint import arb
 
-DIGITS = 3  # of a printed bound: rounding to three digits widens it by at most 1 %
+DIGITS = 3  # of a printed bound, a choice: rounding to three digits widens it by at most 1 %
 
 
 def above(number: Fraction) -> str:
@@ -25,7 +25,7 @@ def _decimal(number: Fraction, rounding: str) -> str:
     """Return a number as text, rounded to 15 digits, which every double holds; `rounding` is a rule of `decimal`."""
     context = Context(prec=15, rounding=rounding)
     value = context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
-    # 0.0001 … 10^16 in positional notation, which shows 15 digits with at most four zeros more.
+    # A choice of layout: 0.0001 … 10^16 in positional notation, which shows 15 digits with at most four zeros more.
     return f"{value:f}" if -5 < value.adjusted() < 16 else f"{value:e}"
 
 
@@ -39,7 +39,7 @@ def rounded_up(bound: arb, digits: int = DIGITS) -> Fraction:
     """
     if not bound.is_finite():
         raise ArithmeticError(f"the bound is {bound}, which is no number")
-    # Twenty digits more than are kept: the conversion to decimals then adds less than 10^-19 of the bound.
+    # Twenty digits more than are kept, a choice: the conversion to decimals then adds less than 10^-19 of the bound.
     middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
     return Fraction(_rounded((middle + radius) * Fraction(10) ** exponent, digits, ROUND_CEILING))
 

@@ -10,12 +10,14 @@ from decimal import Context, Decimal
 from fractions import Fraction
 
 _HEXADECIMAL = re.compile(r"(?:\.?0+)?p([+-][0-9]+)")  # the end of a number as Python writes it
-# At most four digits of the exponent, as a fraction with 10^999999999 does not fit into memory; doubles end at 10^308.
+# A choice of four digits of the exponent at most: a fraction with 10^999999999 does not fit into memory, and doubles
+# end at 10^308, so that three would do. [0-9], as \d matches the digits of other scripts, too; a digit before the
+# point, as every coefficient of ours has one.
 _DECIMAL = re.compile(r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE]([+-]?[0-9]{1,4}))?")
 
 
 def decimal_value(text: str) -> Fraction:
-    """Return the exact value of a decimal string.
+    """Return the exact value of a decimal string, such as a coefficient.
 
     Raises
     ------

@@ -89,7 +89,9 @@ class Wiener:
         square : sequence of Fraction
             Coefficients of y^0, y^1, … of the polynomial.
         """
-        one = 1 << self.bits  # the number 1 in units of 2^-bits; products have the unit one^-2
+        # The number 1 in units of 2^-bits. Products have the unit one^-2, and a shift by `bits` brings them back. All
+        # bounds are rounded up.
+        one = 1 << self.bits
         f, w = self._approximate_root(square)
         # The polynomial times its common denominator is a polynomial of integers.
         denominator = lcm(*(c.denominator for c in square))
@@ -117,9 +119,13 @@ class Wiener:
         return FunctionBall(f, norm(f.coeffs()), f_error), FunctionBall(w, w_norm, w_error)
 
     def _approximate_root(self, square: Sequence[Fraction]) -> tuple[fmpz_poly, fmpz_poly]:
-        """Return sqrt(square) and its half inverse as series in units of 2^-bits, unproven."""
+        """Return f = sqrt(square) and its half inverse 1/(2 f) as series in units of 2^-bits, unproven.
+
+        `square` has the coefficients of y^0, y^1, …, the first one positive.
+        """
         # More bits than the result has, for what the recursions of a long series lose: measured, at most 26 bits for
-        # laws from nu = 1 to 11 with up to 4,200 terms. 64 bits and one for every four terms are more than that. Too
+        # the squares that `viscopade.theory.series` takes, of laws of contact with the parameter nu = (a + 1)/(b + 1)
+        # from 1 to 11, with up to 4,200 terms. 64 bits and one for every four terms, a choice, are more than that. Too
         # few would only make the residuals of `root_and_half_inverse` larger, until it refuses them.
         with working(self.bits + self.terms // 4 + 64, self.terms):
             series = arb_series([arb(c.numerator) / c.denominator for c in square], self.terms)
@@ -173,5 +179,6 @@ def _require(condition: bool) -> None:
 
 def _scaled_floor(power_series: arb_series, scale: arb) -> fmpz_poly:
     """Return the middles of the coefficients, times `scale`, as integers; to the unit, which nothing relies on."""
+    # A floor that is not unique, None, would shift the others, and so be refused with large residuals.
     whole = ((c.mid() * scale).floor().unique_fmpz() for c in power_series.coeffs())
     return fmpz_poly([c for c in whole if c is not None])

@@ -164,7 +164,7 @@ def _columns() -> tuple[FloatArray, ...]:
 
 
 def _value(function: int, place: Place) -> FloatArray:
-    """Return a function of the table (its index `_EPSILON`, `_LOSS`, …) at the s of a place: not yet at v* = 8^folds s."""
+    """Return a function of the table, by its index, at the s of a place: not yet at v* = 8^folds s."""
     row = place.panel + PANELS * function
     high, low, *powers = _columns()
     # f = high + (low + z p(z)), p(z) = a_1 + a_2 z + … by Horner's rule. The part in brackets is much smaller than high

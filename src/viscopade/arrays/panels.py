@@ -1,7 +1,8 @@
 """The table of panels (data/double.txt): its rows, the panels, and the index of a panel from the bits of v*.
 
 The functions of v* are the coefficient of restitution eps, 1 - eps, the maximal compression x_max and the duration
-tau_c of the contact, in the units `Pair.length_scale` and `Pair.time_scale`. A panel is an interval of v*, on which each of them is a polynomial in
+tau_c of the contact, in the units `Pair.length_scale` and `Pair.time_scale`. A panel is an interval of v*, on which
+each of them is a polynomial in
 
     z = (v* - centre)/(half width),    -1 <= z < 1    (0 <= z < 1 on panel 0, whose centre is 0).
 

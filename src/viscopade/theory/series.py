@@ -518,7 +518,8 @@ def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
 
     delta = (K U)^(n_a/d)/U^2, U = V(-K), which is 2/(a+1) v*^n_a eps0^e. In units of the end values, s = H^(1/d) p,
     h = H k(p), mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads
-    k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and H = 1/k(0). Each order of mu is a polynomial in p, and Lagrange's inversion of mu(delta) gives
+    k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and H = 1/k(0). Each order of mu is a polynomial in p, and
+    Lagrange's inversion of mu(delta) gives
     H_j = 1/j [mu^(j-1)] F'/F F^(1 + e j), F(mu) = 1/k(0). derivations/05_end_of_contact.py has the problem for the
     paper's law, 15_laws.py for the others.
     """
