@@ -55,7 +55,7 @@ def cheapest_fit(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0) -> F
     # From the lowest cost upwards, the first best approximant that is accurate enough.
     reached = 1.0  # the smallest error so far, for the message; 1, that of N/D = 0, before the first one
     for price in sorted({cost(*pair) for pair in CANDIDATES}):
-        best = min(_fits(price, interval), key=lambda fit: fit.error, default=None)
+        best = min(_fits(price, interval), key=lambda candidate: candidate.error, default=None)
         if best is not None and best.error <= limit:
             return best
         reached = min(reached, best.error if best is not None else reached)
@@ -70,7 +70,7 @@ def cheapest_fit(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0) -> F
 def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0) -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
     fits = _fits(price, interval_of(v_star_min, v_star_max))
-    return min(fits, key=lambda fit: fit.error, default=None)
+    return min(fits, key=lambda candidate: candidate.error, default=None)
 
 
 @lru_cache(maxsize=256)  # a choice: more than the costs of a dozen intervals

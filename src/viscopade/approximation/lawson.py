@@ -67,12 +67,12 @@ def rough(powers: Powers, sample: Sample, steps: int = STEPS) -> Rough:
     """
     # With the coefficients c of N, then of D without the first, which is 1: N/target - D = design c - one. All is
     # divided by (1 + y)^(degree of D), a first guess of D, so that high powers of y do not overflow.
-    log_divisor, size = -powers.n * np.log1p(sample.y), len(powers.top)
+    log_divisor, number_in_n = -powers.n * np.log1p(sample.y), len(powers.top)
     exponents = np.array([*powers.top, *powers.bottom[1:]])
     terms, one = np.exp(np.log(sample.y)[:, None] * exponents + log_divisor[:, None]), np.exp(log_divisor)
-    design = np.concatenate([terms[:, :size] / sample.target[:, None], -terms[:, size:]], axis=1)
+    design = np.concatenate([terms[:, :number_in_n] / sample.target[:, None], -terms[:, number_in_n:]], axis=1)
     denominator = lawson_weight = np.ones_like(one)
-    best = Rough(np.inf, np.zeros(len(exponents)), np.zeros_like(one))
+    best_so_far = Rough(np.inf, np.zeros(len(exponents)), np.zeros_like(one))
     for step in range(steps):
         # Loeb: weight |N/(target D) - 1| = weight |N/target - D|/D, with the D of the step before in the denominator,
         # is linear in c. Lawson: least squares with weights that approach those of the largest error.
@@ -80,20 +80,20 @@ def rough(powers: Powers, sample: Sample, steps: int = STEPS) -> Rough:
         coefficients = _least_squares(design * scale[:, None], one * scale)
         # D itself. If it is not positive at all points, the next step begins from D where that is, and elsewhere from a
         # small part of the old one (`fmax` ignores a NaN).
-        new_denominator = one - design[:, size:] @ coefficients[size:]
+        new_denominator = one - design[:, number_in_n:] @ coefficients[number_in_n:]
         if not (np.isfinite(coefficients).all() and (new_denominator > 0).all()):
             denominator = np.fmax(new_denominator, _KEEP * denominator)
             continue
         deviation = sample.weight * (design @ coefficients - one) / new_denominator
         largest = float(np.abs(deviation).max())
-        if largest < best.error:
-            best = Rough(largest, coefficients, deviation)
+        if largest < best_so_far.error:
+            best_so_far = Rough(largest, coefficients, deviation)
         # Points with large errors get more weight: weight <- weight |error|/max |error|.
         change = np.abs(deviation) / largest + _LEAST
         lawson_weight = lawson_weight * (change if step > _GENTLE else np.sqrt(change))
         lawson_weight = np.maximum(lawson_weight / lawson_weight.max(), _FLOOR)
         denominator = new_denominator
-    return best
+    return best_so_far
 
 
 def _least_squares(design: FloatArray, right: FloatArray) -> FloatArray:

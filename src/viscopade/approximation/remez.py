@@ -67,12 +67,13 @@ APART = 0.02
 # Error of an extremum's place, over its bracket: the error of its value is quadratic in it, 1e-10.
 CLOSE = 1e-5
 # Scales of the coordinate for first points of reference, in the order of trial. Measured: with 1 alone 6 of 224 fits
-# are lost, with the first three none.
+# are lost, with the first three none; the last two are a margin.
 SCALES = (1, 0.3, 3, 0.1, 10)
 # Places of additional points, as parts of the distance to the nearest point. Measured: without them 5 of 224 fits are
-# lost, with the first two none.
+# lost, with the first two none; the last two are a margin.
 LAYERS = (0.3, 0.03, 1e-3, 1e-5)
-# Digits of the values beyond the error's. The values of eps have 17 digits, so that errors from 10^-12 on have five.
+# Digits of the values beyond the error's, a choice. The values of eps have 17 digits, so that errors from 10^-12 on
+# have five.
 GUARD = 5
 
 
@@ -155,7 +156,7 @@ class Problem:
         """Working precision: far more than the digits of the values, as linear systems lose some.
 
         Measured: 64 bits beyond the digits of the values give the same fits up to [6/9]. Four times the digits, and 16
-        bits for each degree, leave room for systems of higher degrees.
+        bits for each degree, are choices, and leave room for systems of higher degrees.
         """
         return 4 * bits_for(self.digits) + 16 * (self.powers.m + self.powers.n) + 64
 
@@ -290,7 +291,7 @@ def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[lis
     # Every start failed. If each of its references had a tiny levelled error, the values have too few digits.
     if problem.computed.level < problem.least_error:
         raise TooAccurate(problem.computed.level, problem.digits)
-    # Other starts, from the best quotient of lower degrees, if all powers up to the degrees occur.
+    # Other starts, from the best quotient [m-1/n-1], if all powers up to the degrees occur, and both are at least 1.
     powers = problem.powers
     if powers == full_powers(powers.m, powers.n) and min(powers.m, powers.n) >= 1:
         yield from _from_lower_degrees(problem, replace(problem, powers=full_powers(powers.m - 1, powers.n - 1)))
@@ -567,12 +568,12 @@ def _level(problem: Problem, reference: list[float], previous: _Solution | None)
 def _eigenvectors(problem: Problem, a: arb_mat, b: arb_mat) -> Iterator[_Solution]:
     """Yield the solutions of (A - E B) c = 0 with a real E: the eigenvectors of A^-1 B, with the eigenvalues 1/E."""
     product = a.solve(b, algorithm="approx", nonstop=True)  # A^-1 B
-    size = problem.number_of_points
+    number = problem.number_of_points
     # Coefficients of N alone have a column of zeros in B. The eigenvalues are those of the block of the others. The
     # columns of B are scaled to the size 1, so that powers of v of different size are balanced; this changes no
     # eigenvalue, and the eigenvectors by 1/scale (measured: no fit depends on it).
     active = [k for k, (_, j) in enumerate(problem.places) if j is not None]
-    scale = [max((abs(b[i, k]) for i in range(size)), key=float) for k in range(size)]
+    scale = [max((abs(b[i, k]) for i in range(number)), key=float) for k in range(number)]
     block = acb_mat([[product[j, k] * scale[j] / scale[k] for k in active] for j in active])
     eigenvalues, vectors = block.eig(algorithm="approx", right=True, nonstop=True)
     # The eigenvalues are 1/E, so the largest gives the smallest level at these points; 0 if FLINT gave up.
@@ -587,11 +588,11 @@ def _eigenvectors(problem: Problem, a: arb_mat, b: arb_mat) -> Iterator[_Solutio
         if not real.is_finite() or real == 0 or abs(eigenvalue.imag) > abs(real) * arb(2) ** -40:
             continue
         # c = A^-1 B c E, for which the coefficients in D are enough.
-        in_d = [[arb(0)] for _ in range(size)]
+        in_d = [[arb(0)] for _ in range(number)]
         for i, k in enumerate(active):
             in_d[k] = [(vectors[i, index].real / scale[k]).mid()]
         column = product * arb_mat(in_d) / real
-        yield _Solution(tuple(column[i, 0].mid() for i in range(size)), (1 / real).mid())
+        yield _Solution(tuple(column[i, 0].mid() for i in range(number)), (1 / real).mid())
 
 
 def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solution | None:
@@ -599,7 +600,7 @@ def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solu
 
     Newton's method for both: (A - E B) c_new - (B c) dE = 0, and the coefficient of D(0) in c_new is 1.
     """
-    size, first = problem.number_of_points, [j for _, j in problem.places].index(0)
+    number, first = problem.number_of_points, [j for _, j in problem.places].index(0)
     # The guess is scaled to D(0) = 1.
     d_at_0 = guess.vector[first]
     if not d_at_0.is_finite() or d_at_0 == 0:
@@ -609,9 +610,9 @@ def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solu
         # The unknowns are c_new and dE; the last row is the condition D(0) = 1.
         a_minus_eb = (a - b * level).mid()
         b_c = (b * column).mid()
-        matrix = [[*(a_minus_eb[i, k] for k in range(size)), -b_c[i, 0]] for i in range(size)]
-        matrix.append([arb(int(k == first)) for k in range(size + 1)])
-        right = arb_mat([[arb(int(i == size))] for i in range(size + 1)])
+        matrix = [[*(a_minus_eb[i, k] for k in range(number)), -b_c[i, 0]] for i in range(number)]
+        matrix.append([arb(int(k == first)) for k in range(number + 1)])
+        right = arb_mat([[arb(int(i == number))] for i in range(number + 1)])
         *c_new, [step] = arb_mat(matrix).solve(right, algorithm="approx", nonstop=True).mid().tolist()
         if not all(c.is_finite() for c in (step, *(c for [c] in c_new))):
             return None
@@ -620,7 +621,7 @@ def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solu
         # give the same fits). A tiny E needs no more than twice the digits of the values.
         if abs(step) <= abs(level) * arb(10) ** -20 + arb(10) ** (-2 * problem.digits):
             # B c = ±D: D at the points of reference.
-            denominators = [float((b * column)[i, 0].mid()) * (-1) ** i for i in range(size)]
-            vector = tuple(arb(1) if i == first else column[i, 0].mid() for i in range(size))
+            denominators = [float((b * column)[i, 0].mid()) * (-1) ** i for i in range(number)]
+            vector = tuple(arb(1) if i == first else column[i, 0].mid() for i in range(number))
             return _Solution(vector, level) if min(denominators) > 0 else None
     return None

@@ -112,9 +112,9 @@ def decimal_string(ball: arb, digits: int) -> str | None:
     middle, radius, exponent = _in_powers_of_10(ball, digits)
 
     # Rounding is monotone: if both ends of the ball round to one decimal number, so does every number between them.
-    context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
+    decimal_context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
     rounded_ends = {
-        context.create_decimal(Decimal((int(end < 0), Decimal(abs(end)).as_tuple().digits, exponent)))
+        decimal_context.create_decimal(Decimal((int(end < 0), Decimal(abs(end)).as_tuple().digits, exponent)))
         for end in (middle - radius, middle + radius)
     }
     if len(rounded_ends) != 1:
@@ -162,8 +162,8 @@ def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
         return None
     # integer 10^place: a part is no larger than the modulus, so `digits` digits hold it, and one that a carry may add;
     # five, a choice, allow for numbers up to 10^5 times `size`.
-    context = Context(prec=digits + 5, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
-    number = Decimal(rounded_ends.pop()).scaleb(place, context)
+    decimal_context = Context(prec=digits + 5, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
+    number = Decimal(rounded_ends.pop()).scaleb(place, decimal_context)
     return str(number).lower() if number else "0"
 
 

@@ -67,7 +67,8 @@ def derive(equation: ScaledEquation, order: int, digits: int, end: End = "force"
 
     # SymPy generates the polynomials; balls give the values of the lambdas.
     polynomials = {k: symbolic.h_polynomial(k, law) for k in range(law.d, order + 1)}
-    # h_k has lambdas up to lambda_(k/d), because kappa^n = v*^(d n) needs lambda_1 … lambda_n only.
+    # h_k has lambdas up to lambda_(k/d), because kappa^n = v*^(d n) needs lambda_1 … lambda_n only; lambda_1 in any
+    # case.
     odd = range(1, max(order // law.d, 1) + 1, 2)
     lambdas = dict(zip(odd, lambda_coefficients(len(odd), digits + MORE_DIGITS, law), strict=True))
 

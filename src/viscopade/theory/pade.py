@@ -432,7 +432,7 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
 
 def built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
     """Return a and b of [m/n] as mpmath builds them from the middles of the h_k, at FLINT's precision; not proven."""
-    mpmath = context(ctx.prec)
+    mpmath = context(ctx.prec)  # a separate mpmath of as many bits
     # For the progress bar: mpmath eliminates column after column, and swaps rows once in each. Column j costs (n - j)^2
     # operations.
     columns, swap_row = iter(track(range(n), f"mpmath builds [{m}/{n}]", lambda j: (n - j) ** 2)), mpmath.swap_row

@@ -198,17 +198,17 @@ def lambda_coefficients(
     # 30 digits are a choice, and so is the largest order 1000 (`arguments.MAX_ORDER`). At most as many lambdas as
     # h_1000 of the paper's law has, a quarter of the order: v*^1000 = kappa^500, so lambda_1, lambda_3, … lambda_499.
     # `count` lambdas are the odd coefficients below order 2 count.
-    count, exponents = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
+    count, law_of_contact = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
     return _enclosed(
-        lambda effort: _lambda(2 * count, effort, exponents), 2 * count, arguments.digits(digits), exponents
+        lambda effort: _lambda(2 * count, effort, law_of_contact), 2 * count, arguments.digits(digits), law_of_contact
     )
 
 
 def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> tuple[arb, ...]:
     """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0), to `digits` digits."""
     # 30 digits are a choice. At most as many as h_1000 of the paper's law needs, v*^1000 = kappa^500; 1000 is a choice.
-    n, exponents = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
-    return _enclosed(lambda effort: _g(n, effort, exponents), n, arguments.digits(digits), exponents)
+    n, law_of_contact = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
+    return _enclosed(lambda effort: _g(n, effort, law_of_contact), n, arguments.digits(digits), law_of_contact)
 
 
 # --- effort: how much precision and how many terms ----------------------------------------------------------------
@@ -318,7 +318,7 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
     _require_memory(orders, digits, law)
     effort = Effort.guess(orders, digits, law)
     # What another term gains: the bits of `MeetingPoint`, less the growth of the loss, as orders log2(1 + terms/orders)
-    # has the derivative log2(e) orders/(orders + terms).
+    # has the derivative log2(e) orders/(orders + terms), e that of the natural logarithm.
     bits_per_term = MeetingPoint.balanced(law.n_a, orders / effort.terms).bits_per_term
     bits_per_term -= log2(e) * orders / (orders + effort.terms)
     for _ in range(MAX_ATTEMPTS):

@@ -64,7 +64,8 @@ def turning_point_equation(law: Law | str = VISCOELASTIC) -> sp.Eq:
     equation = scaled_equation(law)
     x, tau, a, b = equation.x, equation.tau, rational(law.elastic), rational(law.damping)
     x_max = sp.Symbol("x_max", positive=True)
-    # x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2) g(r), x'' = x' dx'/dx = x' (dx'/dr)/(dx/dr)
+    # `equation.lhs` is x'' + x^a + kappa x^b x'; into it go x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2)
+    # g(r) and x'' = x' dx'/dx = x' (dx'/dr)/(dx/dr).
     compression = x_max * r ** (law.n_b / (b + 1))
     speed = sp.sqrt(2 / (a + 1)) * x_max ** ((a + 1) / 2) * g
     acceleration = speed * speed.diff(r) / compression.diff(r)
@@ -295,7 +296,7 @@ def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
     # The largest order, 1000, is a choice of `arguments` for all functions, against typing errors.
     k, law = arguments.integer("k", k, 0, arguments.MAX_ORDER), law_of(law)
     terms: list[sp.Expr] = []
-    # end_value is H_j, and n the power of x with n_a j + d n = k.
+    # end_value is H_j, j up to k/n_a, and n the power of x with n_a j + d n = k.
     for j, end_value in enumerate(delayed_recovery_series(k // law.n_a, law)):
         n, rest = divmod(k - law.n_a * j, law.d)
         if not rest and end_value:
