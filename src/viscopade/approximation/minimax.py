@@ -183,7 +183,7 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
     high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
     # On shorter intervals the errors of nearly all degrees are below `SMALLEST_ERROR`: measured, from [2/1] on for
-    # [1, 1.000001], and from [2/0] on for [0, 0.000001].
+    # [1, 1.000001], and from [2/0] on for [0, 0.000001]. Above v* = 1 the length counts relative to v*.
     if high - low < SMALLEST * max(low, Fraction(1)):
         raise ValueError(
             f"the interval [{float(low):g}, {float(high):g}] is too short: expected a length of "

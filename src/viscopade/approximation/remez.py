@@ -132,8 +132,7 @@ class Problem:
     contact : int
         k; 0 for no contact.
     digits : int
-        Accuracy of g (relative to w/v^k) and of p. The default is that of `target`, whose values are a double's or
-        better.
+        Decimal accuracy of g (relative to w/v^k) and of p. The default is that of the values of eps, `target.DIGITS`.
     coordinate : Coordinate
         In which grids are uniform. The default, ln(1 + v), serves v* from small to large.
     """

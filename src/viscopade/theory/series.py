@@ -277,9 +277,9 @@ class Effort:
             Significant decimal digits of every coefficient.
         """
         nu = float(law.nu)
-        # All numbers below were fitted by hand to the measurements.
+        # All numbers of bits below were fitted by hand to the measurements.
         # Bits that an order costs because the h_k fall: six for each unit of nu above 5/3, at most 1.6, and 2.5 for nu
-        # < 1. Bits that it costs less for 1 <= nu < 3/2. Both are fitted to measurements.
+        # < 1. Bits that it costs less for 1 <= nu < 3/2.
         falling = min(max(6.0 * (nu - 5 / 3), 0.0), 1.6) if nu >= 1 else 2.5
         saved = 0.8 if 1 <= nu < 1.5 else 0.0
         needed = bits_for(digits) + GUARD_BITS
@@ -324,7 +324,8 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
     for _ in range(MAX_ATTEMPTS):
         try:
             balls = compute(effort)
-        except ArithmeticError:  # a condition of the square root fails, by an unknown number of bits: twice as many
+        # A condition of the square root fails, by an unknown number of bits: twice as many, a choice.
+        except ArithmeticError:
             effort = effort.raised(effort.bits, bits_per_term)
             continue
         if all(_determined(ball, digits) for ball in balls):
