@@ -54,6 +54,8 @@ class Derivation:
 def derive(equation: ScaledEquation, order: int, digits: int, end: End = "force") -> Derivation:
     """Return the derivation of h_d … h_order, to `digits` digits; the equation and its end are all that it knows.
 
+    `order` is the highest power of v* = kappa^(1/d), and `digits` counts significant decimal digits.
+
     Raises
     ------
     ValueError
