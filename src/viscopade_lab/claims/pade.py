@@ -43,9 +43,10 @@ from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, perce
 # The paper's words have no numbers. These bounds are chosen, once for all claims.
 # An approximant with a larger error of eps than 10 % is no longer "suitable": a curve that is off at a glance.
 SUITABLE = 0.1
-# "Acceptable" allows 10 % in the loss 1 - eps at v* <= 1, where collisions of hard materials are.
+# "Acceptable" allows 10 %: in the loss 1 - eps at v* <= 1, where collisions of hard materials are, and in eps up to
+# v* = 10, a range chosen by hand, where eps has fallen to 6e-4.
 ACCEPTABLE = 0.1
-# "Good tradeoff": 1 - eps, what a simulation's cooling depends on, within 2 % at every speed.
+# "Good tradeoff": 1 - eps, what a simulation's cooling depends on, within 2 % up to v* = 100, chosen for "all".
 TRADEOFF = 0.02
 # "Almost perfect", "virtually identical", "coincides" in a figure: closer than a line's width, which in a column-wide
 # figure is about half a per cent of a linear axis; 5 % is as little on a logarithmic axis of several decades.
