@@ -1,12 +1,14 @@
 r"""Sup-norm certificates: proof of a bound of |R(v*) - eps(v*)| in a measure, for every v* of an interval.
 
-The exact function is known on panels, as power series with a proven error (`reference`). Each panel is cut into equal
-parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last coefficient is enclosed for the whole
-part (Lagrange's remainder), so that the sum of the absolute values is a bound. Parts are halved until the bound is as
-small as wanted. Beyond the panels the kernel's limit is compared with the limit of eps, in the same way.
+The exact function is known on panels of v*, as polynomials with a proven error from validated integrations of the
+equation of motion (`reference`, `collision.panel_proof`); the series in v* diverges beyond v* = 1.047. Each panel is
+cut into equal parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last coefficient is enclosed
+for the whole part (Lagrange's remainder), so that the sum of the absolute values is a bound. Parts are halved until the
+bound is as small as wanted. Beyond the panels the kernel's limit is compared with the limit of eps, in the same way.
 
-What is bounded is the kernel's formula (`enclosure.Formula`), evaluated on power series. There is no quotient by a
-series that may vanish, nor a root of one, so a bound is also a proof that there is no pole.
+What is bounded is the kernel's formula (`enclosure.Formula`): its branches' expressions, evaluated on power series by
+`expressions.evaluate`. There is no quotient by a series that may vanish, nor a root of one, so a bound is also a proof
+that there is no pole. Rounding is not included (`rounding_bounds`).
 """
 
 from __future__ import annotations

@@ -211,7 +211,7 @@ def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | 
     return _enclosed(lambda effort: _g(n, effort, law_of_contact), n, arguments.digits(digits), law_of_contact)
 
 
-# --- effort: how much precision and how many terms ----------------------------------------------------------------
+# --- effort: how much precision and how many terms (no proof depends on it: skip it at first) -------------------------
 
 
 class MeetingPoint(NamedTuple):
@@ -357,6 +357,8 @@ def _require_memory(orders: int, digits: int, law: Law) -> None:
 
 
 # --- step 1: G_n ------------------------------------------------------------------------------------------------------
+# A `FunctionBall` is a polynomial with coefficients in units of 2^-bits, and a bound of the sum of the absolute values
+# of all coefficients that it lacks, cut terms and rounding included. `Orders.convolution` is sum_{0<i<n} f_i f_{n-i}.
 
 
 def _g(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
@@ -520,7 +522,8 @@ def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
     delta = (K U)^(n_a/d)/U^2, U = V(-K), which is 2/(a+1) v*^n_a eps0^e. In units of the end values, s = H^(1/d) p,
     h = H k(p), mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads
     k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and H = 1/k(0). Each order of mu is a polynomial in p, and
-    Lagrange's inversion of mu(delta) gives
+    Lagrange's inversion of mu(delta) gives (independently of `symbolic.delayed_recovery_series`, whose h, s and U these
+    are)
     H_j = 1/j [mu^(j-1)] F'/F F^(1 + e j), F(mu) = 1/k(0). derivations/05_end_of_contact.py has the problem for the
     paper's law, 15_laws.py for the others.
     """

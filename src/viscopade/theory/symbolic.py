@@ -8,8 +8,11 @@ eps = 1 + sum h_k v*^k (the paper's Eq. 7), v* the scaled speed of impact, in ex
 3. `lambda_from_G`: time reversal makes ln eps0 = -Lambda(kappa eps0^c) an odd function, c = 1/nu - 1/2, where
    eps0 = V(-K)/V(K), V(K) = sum G_n K^n, is the restitution if contact ends at x = 0; its coefficients lambda_1,
    lambda_3, … in the G_n;
-4. `delayed_recovery_series`: the rational series H of the delayed recovery;
+4. `delayed_recovery_series`: the rational series H of the delayed recovery, eps = eps0 H;
 5. `h_polynomial`: every h_k as a polynomial with rational coefficients in lambda_1, lambda_3, ….
+
+Laws: nu = (a + 1)/(b + 1) = n_a/n_b in lowest terms, and eps is a series in v* = kappa^(1/d), d = n_a - n_b. For the
+paper's law a = 3/2, b = 1/2, n_a = 5, n_b = 3, d = 2.
 
 G_1, and with it lambda_1, is known in terms of the Gamma function for every law of contact, G_2, G_3 and lambda_3 for
 the paper's (`g_1_at_0` …). `derivations/03_turning_point.py` to `08_closed_forms.py` derive all of this for the
@@ -148,9 +151,11 @@ def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC)
 
     Notes
     -----
-    With h = sum delta^j h_j(s) the defining problem h^2 = 1 - delta s^n_a + n_a delta int_0^s h q^(n_b-1) dq gives
-    polynomials h_j. Contact ends where s^d = h, so that H = sum delta^j h_j(H^(1/d)): as h_0 = 1, coefficient
-    n of the right side needs H_0 … H_(n-1) only.
+    Near the end of unloading let g = U h(s), U = V(-K) the speed at x = 0, and r = (K U)^(1/d) s. Then the turning
+    point equation with -K becomes h^2 = 1 - delta s^n_a + n_a delta int_0^s h q^(n_b-1) dq (docs/theory/mathematics.md,
+    section 5), and h = sum delta^j h_j(s) with polynomials h_j. Contact ends where the force vanishes, r^d = K g, or
+    s^d = h, so that H = sum delta^j h_j(H^(1/d)): as h_0 = 1, coefficient n of the right side needs H_0 … H_(n-1) only.
+    `series.end_series` has the same numbers by another way.
     """
     return _end_series(arguments.order(order), law_of(law))
 

@@ -3,7 +3,8 @@
 Expressions are written with the same order of evaluation; choices are expressions, too. Every function stands alone: it
 can be copied without the others.
 
-A `Language` is a set of patterns, texts with words in braces; a `Number` is its number type of one format.
+A `Language` is a set of patterns, texts with words in braces; a `Number` is its number type of one format. Each module
+of `write.languages` has one, such as `languages.c`. `write.file` puts functions and tables below the head of a file.
 """
 
 from __future__ import annotations
