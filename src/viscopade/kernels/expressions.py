@@ -5,8 +5,8 @@ results. `Run` and `evaluate` read a program with numbers of any kind: balls of 
 (`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers (`machine`), fractions;
 `write.writer` writes it in a language, and `operations` counts. Nothing here needs FLINT.
 
-For instance `formulas.epsilon_branches` has two branches for the paper's [1/4], eps = (a0 + a1 v*)/(b0 + b1 v* + …). The
-one for v* >= 0 assigns numerator = a0 + v_star a1 and denominator = b0 + v_star (b1 + …), and its result is
+For instance `formulas.epsilon_branches` has two branches for the paper's [1/4], eps = (a0 + a1 v*)/(b0 + b1 v* + …).
+The one for v* >= 0 assigns numerator = a0 + v_star a1 and denominator = b0 + v_star (b1 + …), and its result is
 epsilon = numerator/denominator; the one before it, for v* > threshold, does the same in u = 1/v_star.
 
 Besides numbers there are words, which are the bits of numbers, and conditions. Code adds, shifts and masks words modulo

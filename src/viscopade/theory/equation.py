@@ -73,8 +73,8 @@ def exponents(equation: ScaledEquation) -> tuple[Fraction, Fraction]:
 def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
     """Return the condition that ends the contact as SymPy equality: x'' = 0 (the paper's Eq. 6), or x = 0.
 
-    Its symbols are those of `scaled_equation`. With delayed recovery (`Law.delayed`: nu > 1 and the end "force") the force
-    vanishes while the spheres are still compressed: x = kappa eps for the paper's law.
+    Its symbols are those of `scaled_equation`. With delayed recovery (`Law.delayed`: nu > 1 and the end "force") the
+    force vanishes while the spheres are still compressed: x = kappa eps for the paper's law.
     `derivations/01_scaling.py` and notebook 02 read this condition. The series have it as the rational series H
     (`symbolic.delayed_recovery_series`, `series.end_series`), and a collision as the end of its flow.
     """
