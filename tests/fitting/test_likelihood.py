@@ -217,6 +217,45 @@ def test_the_standard_error_of_a_mixture_is_that_of_its_quantiles():
     assert fit.standard_error() == pytest.approx(float(quantiles.std()), rel=0.01)
 
 
+def outlier_beside_a_scatter(seed):
+    """Return 30 points with known errors of 0.005, about as much scatter besides, and one eps 0.1 too low."""
+    speed = np.geomspace(0.1, 3, 30)
+    epsilon = noisy(seed, math.hypot(0.005, 0.004), speed)
+    epsilon[-3] -= 0.1
+    return Points.measured(speed, epsilon, sigma_epsilon=0.005, scatter=True)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_robust_interval_is_around_the_robust_fit(seed):
+    """Not around the fit with Gaussian errors, whose p the outlier shifts by more than the interval's width."""
+    points = outlier_beside_a_scatter(seed)
+    gaussian, robust = (likelihood.fit_law(points, FREE, robust=of) for of in (False, True))
+    low, high = robust.interval(0.95, 1)
+    assert low < robust.exponent < high < gaussian.exponent
+    assert (low + high) / 2 == pytest.approx(robust.exponent, abs=0.05 * (high - low))
+    # An interval of about two standard errors to each side, whose size is that of the fit without the outlier.
+    clean = likelihood.fit_law(points.without(["point 28"]), FREE)
+    assert high - low == pytest.approx(np.ptp(clean.interval(0.95, 1)), rel=0.5)
+    assert robust.standard_error(1) == pytest.approx((high - low) / 4, rel=0.1)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+@pytest.mark.parametrize("seed", range(3))
+def test_intervals_of_a_mixture_are_those_of_the_likelihood_on_a_grid(seed, robust):
+    """The likelihood over b and the scatter s from SciPy's densities, with flat priors, integrated over s."""
+    points = outlier_beside_a_scatter(seed)
+    fit = likelihood.fit_law(points, VISCOELASTIC, robust=robust)
+    (b, s), density = np.meshgrid(np.linspace(0.07, 0.13, 601), np.linspace(0, 0.06, 301)), stats.t(4)
+    scale = np.hypot(0.005, s)[..., None]
+    z = (points.epsilon - double.epsilon(np.sqrt(b[..., None] * (points.speed / fit.middle) ** 0.2))) / scale
+    logarithm = ((density if robust else stats.norm).logpdf(z) - np.log(scale)).sum(axis=-1)
+    cumulated = np.cumsum(np.exp(logarithm - logarithm.max()).sum(axis=0))
+    for level in (0.68, 0.95):
+        ends = np.interp([(1 - level) / 2, (1 + level) / 2], cumulated / cumulated[-1], b[0])
+        # The mixture takes a normal distribution at each s: exact for Gaussian errors, near for Student's t.
+        assert fit.interval(level) == pytest.approx(tuple(ends), abs=(0.08 if robust else 0.02) * np.ptp(ends))
+
+
 @pytest.mark.parametrize(
     ("points", "text"),
     [

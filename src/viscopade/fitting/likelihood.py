@@ -252,20 +252,33 @@ class LawFit:
         )
 
     def _refit_at_scatter(self, scatter: float) -> _FitAtScatter:
-        """Return the fit with this standard deviation s of the scatter instead of the fitted one, to first order."""
+        """Return the fit with this standard deviation s of the scatter (of eps) instead of the fitted one.
+
+        The law is linearised at the fit: eps = E(v) + J x for a shift x of the parameters b and p. At the fitted
+        scatter x is 0, also with `robust`.
+        """
         try:
             factor = _cholesky(self._measured, scatter, self.points.counts)
         except ValueError:  # C is singular without a scatter: this s is impossible, and gets the weight 0
             return _FitAtScatter(math.inf, self.parameters, np.zeros(len(self.parameters)))
-        # A Gauss-Newton step with the slopes J: shift = (J^T C^-1 J)^-1 J^T C^-1 r.
-        covariance = _covariance(factor, self._slopes, robust=False)
         whitened = _whiten(factor, self.residuals)
-        slopes = np.array([_whiten(factor, column) for column in self._slopes.T])
-        shift = covariance @ slopes @ whitened
-        squares = (whitened - shift @ slopes) ** 2
+        # L^-1 J, with a row for each point
+        slopes = np.array([_whiten(factor, column) for column in self._slopes.T]).T
+        # (J^T C^-1 J)^-1, without the factor of Student's t
+        inverse = _covariance(factor, self._slopes, robust=False)
+        if self.robust:
+            # The least sum of rho(z^2), z = L^-1 (r - J x): no formula, but a short search from x = 0.
+            shift = optimize.least_squares(
+                lambda x: whitened - slopes @ x, np.zeros(len(inverse)), lambda x: -slopes, loss=_student, x_scale="jac"
+            ).x
+        else:
+            # Least squares, in one step: x = (J^T C^-1 J)^-1 J^T C^-1 r.
+            shift = inverse @ slopes.T @ whitened
+        squares = (whitened - slopes @ shift) ** 2
         # The restricted D = sum rho + ln det C + ln det J^T C^-1 J (REML; Patterson and Thompson 1971). ln det C is
-        # twice the sum of ln L_ii, and the last determinant is that of the inverse of `covariance`.
-        deviance = np.sum(_rho(squares, self.robust)) + 2 * np.sum(np.log(factor[0])) - np.linalg.slogdet(covariance)[1]
+        # twice the sum of ln L_ii, and the last determinant is that of the inverse of `inverse`. With Student's t the
+        # information is 5/7 of J^T C^-1 J (`_covariance`) at every s: a constant, which cancels in the weights.
+        deviance = np.sum(_rho(squares, self.robust)) + 2 * np.sum(np.log(factor[0])) - np.linalg.slogdet(inverse)[1]
         variances = np.diag(_covariance(factor, self._slopes, self.robust))
         return _FitAtScatter(float(deviance), self.parameters + shift, variances)
 
