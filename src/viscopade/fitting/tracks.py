@@ -402,7 +402,7 @@ def _parabolic_runs(time: FloatArray, height: FloatArray, noise: float) -> list[
         # It grows up to the first frame that the fit does not predict, by half its length at a time: so far ahead, the
         # error of the fitted parabola is still a few times that of a frame.
         while (j := run.frames.stop) < len(time):
-            ahead = slice(j, j + max((j - i) // 2, 1))
+            ahead = slice(j, j + (j - i) // 2)  # two frames or more: a run has FEWEST, five, or more
             is_near = run.is_near(time[ahead], height[ahead], noise)
             if not is_near[0]:
                 break
@@ -524,16 +524,19 @@ def _grow_curve(
 ) -> _Curve | None:
     """Return the fit of a flight, which grows from its `inner` frames to both sides, up to the first frame that is off.
 
-    Its frames are from `low` up to `high` (not included). None: fewer than three are left.
+    Its frames are from `low` up to `high` (not included). None: fewer than three are left. `flight` has the acceleration
+    of free fall and the drag.
     """
     i, j, curve = max(inner.start, low), min(inner.stop, high), None
     while j - i > 2:  # a curve has two constants, a and h: two frames are on every curve
         curve = _fit_curve(time, height, flight, slice(i, j), curve)
         residuals, variance = curve.residuals(time[low:high], height[low:high])
+        # The variance is 1 plus a square; below 1 it is round-off, which would fail in the root.
         is_near = np.abs(residuals) <= _OFF * noise * np.sqrt(np.maximum(variance, 1.0))
-        # It grows by half its length at a time, as far as the fit predicts well, and by two frames at least.
-        step = max((j - i) // 2, 2)
-        before, after = is_near[: max(i - low, 0)][::-1], is_near[max(j - low, 0) :]
+        # It grows by half its length at a time, because the error of the curve is small so far ahead; a curve of three
+        # frames by one. Frames before it are in reverse order, the nearest first.
+        step = (j - i) // 2
+        before, after = is_near[: i - low][::-1], is_near[j - low :]
         left, right = (min(step, len(side) if side.all() else int(np.argmin(side))) for side in (before, after))
         if not left and not right:
             return curve
