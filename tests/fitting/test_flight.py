@@ -72,3 +72,11 @@ def test_terminal_speed_balances_drag_and_weight():
 def test_what_is_no_flight_is_refused(values, text):
     with pytest.raises(ValueError, match=text):
         Flight.of_sphere(0.02, 84.0, **values)
+
+
+def test_a_flight_that_no_body_has_starts_at_a_finite_speed():
+    """Milliseconds read as seconds: sinh and squares of the speed would overflow, and warn."""
+    launch = IN_AIR.launch(np.array([1.0, 350.0, 1e4]))
+    assert IN_AIR.duration(launch)[0] == pytest.approx(1.0, rel=1e-12)
+    # g t/v_t = arctan s + arsinh s = 300, for a large s
+    assert launch[1] == launch[2] == pytest.approx(IN_AIR.terminal_speed * math.exp(300 - math.pi / 2) / 2, rel=1e-9)

@@ -29,7 +29,9 @@ _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
 # about the share of the contact in the flight, below 1/10 in real bounces: eight rounds leave 1e-8 of a contact time.
 _ROUNDS = 8
 _SETTLED = 1e-12  # relative change that ends an iteration: a few thousand roundings, so it is always reached
-_LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
+# Rounds until a speed and its eps give the speed after the bounce: each divides the error by 3 or more, so that 3^-40 =
+# 1e-19 of it would be left.
+_LAW_ROUNDS = 40
 
 HEARING = 1e-3
 """Standard error in seconds that `audible_bounces` assumes for instants, chosen by hand for recorded sounds."""
@@ -280,7 +282,7 @@ def require_successive(drops: Sequence[FloatArray]) -> None:
         [1 - math.sqrt(drop[k + 1] / drop[k]) for drop in drops for k in range(len(drop) - 1) if bool(k) == is_later]
         for is_later in (False, True)
     )
-    # A real body loses about as much in later rebounds as in the first one.
+    # A real body loses about as much in later rebounds as in the first one. _LOSS, 5 %, and _LIKE, 0.3, are by hand.
     if later and np.median(first) > _LOSS and np.median(later) < _LIKE * np.median(first):
         text = "the rebounds hardly lose height after the first one: are they repetitions, from one height?"
         raise ValueError(f"{text} Then expected a row for each, with the columns H and h")
@@ -291,12 +293,13 @@ def evenly_spaced(times: FloatArray, digit: float = 0.0) -> bool:
 
     `digit` is one unit in the last digit of the times.
     """
-    # Enough spans, of nearly equal length
+    # Enough spans, of nearly equal length (times beside a column e need not ascend: their mean span may be below 0)
     spans, half = np.diff(times), (len(times) - 1) // 2
     if len(spans) < _FEWEST_SPANS or not np.ptp(spans) <= _RANGE_OF_SPANS * abs(spans.mean()):
         return False
-    # First half and second half of the recording: the mean spans of a fixed rate are equal, up to their last digit,
-    # which the first and the last time of a half may each miss by a unit: 2 digits over its duration.
+    # First half and second half of the recording, whose middles are about `half` spans apart: the mean spans of a fixed
+    # rate are equal, up to their last digit. The first and the last time of a half may each miss it by a unit: 2 digits
+    # over its duration, half times the mean span.
     change = abs(float(spans[half:].mean() / spans[:half].mean()) - 1)
     return change <= _CHANGE_OF_SPANS * half + 2 * digit / half / float(spans.mean())
 
@@ -339,8 +342,9 @@ def _of_drop(
             last_contacts, contacts = contacts, contact_durations(contact, speed, launch / speed, unit_load_speed)
             if np.all(np.abs(contacts - last_contacts) <= _SETTLED * contacts):
                 break
-    # Span i is t_(i+1) - t_i. A late instant lengthens the flight before, and shortens the one after, unless the end of
-    # contact was measured: then the end has an error of its own.
+    # The errors of spans (rows) by those of instants (columns). Span i is t_(i+1) - t_i. A late instant lengthens the
+    # flight before, and shortens the one after, unless the end of contact was measured: then the end has an error of
+    # its own.
     ends, starts = (
         sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _diagonal(sigma)
         for sign, k in ((1.0, 1), (-1.0, 0))
@@ -356,10 +360,10 @@ def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray, unit_loa
     `launch` is the speed after it, `speed` and `epsilon` are those of the other bounces, and `unit_load_speed` is v_G,
     at which the load of the weight is 1.
     """
-    # kappa = beta v^(1/5): the other bounces give beta, by their median.
+    # kappa = beta v^(1/5) at the kappa of each measured eps: the other bounces give beta, by their median.
     beta = np.median(weight_table.kappa_from(epsilon, weight_table.load_at(speed, unit_load_speed)) * speed**-0.2)
     # Solve v eps(v) = launch by v = launch/eps(v), from v = launch. Without weight eps falls at most as v^(-1/3), its
-    # limit for fast impacts, so each round divides the error by 3 or more.
+    # limit for fast impacts, so each round divides the error by 3 or more. A tiny LEAST_EPSILON replaces an eps of 0.
     first = np.array(launch)
     for _ in range(_LAW_ROUNDS):
         rebound = weight_table.epsilon(beta * first**0.2, weight_table.load_at(first, unit_load_speed))

@@ -17,7 +17,10 @@ ContactTime = float | Pair
 """Time from first contact until the body is back at that height; or the bodies, from which the law gives it."""
 
 LEAST_EPSILON = 1e-6
-"""Smaller eps have the contact time of this one: it grows without bound as eps falls to 0, which noise may measure."""
+"""Smaller eps have the contact time of this one: it grows without bound as eps falls to 0, which noise may measure.
+
+Chosen by hand, below any eps that is measured.
+"""
 
 # Rounds until contact times and loads agree: each divides the error by 7 or more up to G = 0.3 (measured), so that
 # 1e-7 of the load is left.
@@ -34,13 +37,14 @@ def weight_speed(contact: ContactTime | FloatArray, gravity: float, speed: Float
     contact : float, Pair or array
         As `ContactTime`; or an array with the time during which the force acts at each speed.
     gravity : float
-        Acceleration of the falling body at rest.
+        Acceleration of the falling body at rest, in the units of the speeds and times.
     speed, epsilon : array
-        Measured impact speeds and eps, in the unit of the contact times.
+        Measured impact speeds and eps.
     """
     if isinstance(contact, Pair):
         falls = contact.first.is_wall or contact.second.is_wall
-        # G(v) = g T/v with the time scale T ~ v^(-1/5), so G = (v_G/v)^(6/5) and v_G = G(1)^(5/6).
+        # G(v) = g T/v with the pair's time scale T ~ v^(-1/5), so G = (v_G/v)^(6/5) and, from T at v = 1,
+        # v_G = G(1)^(5/6).
         return float((gravity * contact.time_scale(1.0)) ** (5 / 6)) if falls else 0.0
     is_measured = np.broadcast_to(contact, speed.shape) > 0
     if not is_measured.any():

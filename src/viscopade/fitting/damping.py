@@ -115,7 +115,7 @@ class DampingFit:
         speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
         betas, rebounds = np.full(len(speed), math.inf), epsilon > 0
         kappa = self.main.model.kappa(epsilon[rebounds], self.points.load(speed[rebounds]))
-        # beta = kappa v^(-1/5), with the kappa of the point's eps
+        # beta = kappa v^(-1/5), with the kappa of the point's eps, under the load of the weight
         betas[rebounds] = kappa / speed[rebounds] ** 0.2
         return betas
 
@@ -167,7 +167,8 @@ class DampingFit:
         # beta = 3/2 A (rho/m)^(2/5), so A = 2/3 beta/q; its errors are (1 - slope) d ln beta and that of ln q
         a = 2 / 3 * self.beta * math.exp(-log_q)
         a_relative_error = math.hypot((1 - slope) * beta_relative_error, log_q_error)
-        # rho is proportional to Y, so with the rho of Y = 1: Y = q^(5/2) m/rho, and d ln Y = 5/2 d ln q.
+        # q = (rho/m)^(2/5), and rho is proportional to Y, so with the rho of Y = 1: Y = q^(5/2) m/rho, and
+        # d ln Y = 5/2 d ln q.
         wall_of_unit_modulus = Sphere.wall(young_modulus=1, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
         sphere_of_unit_modulus = replace(sphere, young_modulus=1)
         pair = Pair(sphere_of_unit_modulus, wall_of_unit_modulus if wall else sphere_of_unit_modulus)

@@ -77,7 +77,8 @@ class Empirical:
             if self.nodes
             else f"eps = min(1, {self.factor:.6g} v^{-self.power:.6g}), v in m/s"
         )
-        # Six digits of constants and speeds, as in other files; two of residuals, whose own error is larger.
+        # Six digits of constants and speeds, as in other files; two of residuals, whose own error is larger. eps is at
+        # most 1, because a passive body gains no energy.
         return [
             f"EMPIRICAL fit of measured data, no law of contact: {formula}.",
             f"Speeds from {self.slowest:.6g} to {self.fastest:.6g} m/s; outside, eps has its value at the nearer end.",
@@ -193,7 +194,8 @@ def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
         level, q = level_and_power
         return np.asarray(roots * (np.exp(np.minimum(level - q * (log_v - middle), 0)) - points.epsilon))
 
-    # The search starts with the straight line through ln eps, where eps is not 0; with one such point, at eps = 1.
+    # The search starts with the straight line ln C - q ln v through ln eps, where eps is not 0; with one such point, at
+    # eps = 1, which is level 0 and q = 0.
     rebounds = points.epsilon > 0
     slope, first_level = (
         np.polyfit(log_v[rebounds] - middle, np.log(points.epsilon[rebounds]), 1) if rebounds.sum() > 1 else (0, 0)

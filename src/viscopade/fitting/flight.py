@@ -91,7 +91,8 @@ class Flight:
         drag = number("drag_coefficient", drag_coefficient, _NON_NEGATIVE)
         if air >= d:
             raise ValueError(f"air_density is {air:g}: expected less than the sphere's density, {d:g}")
-        # g' = g (1 - d_air/d), and v_t^2 = 8/3 r g' d/(d_air c), at which drag balances the weight less buoyancy
+        # g' = g (1 - d_air/d). At v_t drag, c (1/2) d_air v_t^2 pi r^2, balances the weight less buoyancy,
+        # 4/3 pi r^3 d g': v_t^2 = 8/3 r g' d/(d_air c).
         falling = g * (1 - air / d)
         return cls(falling, math.sqrt(8 / 3 * r * falling * d / (air * drag)) if air * drag else math.inf)
 
@@ -100,12 +101,14 @@ class Flight:
         # In vacuum u = g t/2; in air the start is faster, so this is a lower bound.
         speed = self.gravity * duration / 2
         # t = v_t/g (arctan s + arsinh s) <= v_t/g (pi/2 + arsinh s) is another lower bound: s >= sinh(g t/v_t - pi/2).
-        # sinh overflows at 710. From 300 on, 1e130 v_t, no flight is meant, and squares of s still do not overflow.
+        # A flight longer than 300 v_t/g counts as that long: it would start at 2e129 v_t, so no flight is meant. sinh
+        # overflows at 710, and the square of s at 355.
         if self.terminal_speed < math.inf:
-            arsinh_bound = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
+            duration = np.minimum(duration, 300 * self.terminal_speed / self.gravity)
+            arsinh_bound = duration * self.gravity / self.terminal_speed - math.pi / 2
             speed = np.maximum(speed, self.terminal_speed * np.sinh(arsinh_bound))
-        # The duration is a concave function of the speed: Newton's method rises to the root, and ends at
-        # round-off: 1e-15 is nine times 2^-53.
+        # The duration is a concave function of the speed: Newton's method rises to the root, and ends at a relative
+        # step of 1e-15, nine times the rounding error 2^-53.
         for _ in range(_STEPS):
             last_speed, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
             if np.all(np.abs(speed - last_speed) <= 1e-15 * speed):
@@ -113,7 +116,7 @@ class Flight:
         return speed
 
     def duration(self, launch: FloatArray) -> FloatArray:
-        """Return the durations of flights that start upward at given speeds and end at the same height."""
+        """Return the durations of flights that start upward at given speeds (`launch`) and end at the same height."""
         if self.terminal_speed == math.inf:
             return 2 * launch / self.gravity
         s = launch / self.terminal_speed
@@ -127,12 +130,12 @@ class Flight:
         return self.gravity / (1 / (1 + s**2) + 1 / np.sqrt(1 + s**2))
 
     def impact(self, launch: FloatArray) -> FloatArray:
-        """Return the speeds at the ends of flights that start at given speeds."""
-        # v = u/sqrt(1 + s^2)
+        """Return the speeds, downward, at the ends of flights that start upward at given speeds (`launch`)."""
+        # v = u/sqrt(1 + s^2) with s = u/v_t
         return launch / np.sqrt(1 + (launch / self.terminal_speed) ** 2)
 
     def impact_slope(self, launch: FloatArray) -> FloatArray:
-        """Return the derivative of `impact`."""
+        """Return the derivative dv/du of the impact speed v by the launch speed u (`launch`)."""
         # dv/du = (1 + s^2)^(-3/2)
         return np.asarray((1 + (launch / self.terminal_speed) ** 2) ** -1.5)
 
@@ -144,8 +147,8 @@ class Flight:
         return self.terminal_speed * np.sqrt(np.expm1(self._fallen(height)))
 
     def launch_to_slope(self, height: FloatArray) -> FloatArray:
-        """Return the derivative of `launch_to`."""
-        # u du/dh = g exp(2 g h/v_t^2)
+        """Return the derivative du/dh of the launch speed u of flights that rise to given heights h."""
+        # u^2 = v_t^2 (exp(2 g h/v_t^2) - 1), so u du/dh = g exp(2 g h/v_t^2)
         growth = np.exp(self._fallen(height))
         return np.asarray(self.gravity * growth / self.launch_to(height))
 

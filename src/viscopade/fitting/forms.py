@@ -135,26 +135,35 @@ _ERROR_WORD = re.compile(
     "uncertainties|(standard)?abweichung|(standard|mess)?fehler|(standard|mess)?unsicherheit|ecart|ecarttype|"
     "incertitude|incertidumbre|incertezza|erreur|errore|desviacion|deviazione"
 )
-"""Words for a standard error, alone beside a quantity or with its name; d, u and s only before its name."""
+"""Words for a standard error, alone beside a quantity or with its name; d, u and s only before its name.
 
-# Words between those for an error and for its quantity: "standard error of the height"
+By hand: the usual words and abbreviations in the languages of `QUANTITIES`, as `plain` writes them, without separators.
+"""
+
+# Words between those for an error and for its quantity: "standard error of the height", "Fehler der Höhe". By hand.
 _FILLER = re.compile("of|in|on|the|der|des|von|de|di|standard|estandar|type|mean|bars?")
 _MARKS = str.maketrans(
     {"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "∆": " delta ", "±": " ± ", "ϵ": " epsilon "}
 )
-# "Latest: Time (s)" of Logger Pro, "Time (s) Run #1" of Capstone.
+# Names of data sets, which programs add: what ends in a colon, "Latest: Time (s)" of Logger Pro; a number of a run
+# behind the name, "Time (s) Run #1" of Capstone.
 _DATA_SET = re.compile(r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$")
-# "v (m/s)", "v [m/s]": the name, and the text in brackets at the end
+# "v (m/s)", "v_[m/s]", "v / (m/s)": the name, and the text in brackets at the end; signs between them belong to neither
 _BRACKETS = re.compile(r"(.+?)[\s/_,]*[(\[]([^()\[\]]*)[)\]]")
 # Signs and blanks before a unit that is not in brackets
 _SEPARATOR = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_]+")
-# Units that may follow a name after a blank or _; other ends, such as c and a, may mean something else.
+# Units that may follow a name after a blank or _: lengths, times and speeds, such as "cm", "µs", "cm_s", "cm s^-1",
+# "km h", "kph", "ft_s". `[kcm]?m.*s.*` takes any metres with an s behind. Other ends, such as c (of light) and a (a
+# year), may mean something else.
 _COMMON_UNIT = re.compile(
     r"[kcmuµn]?m|[muµn]?s|sec|in|inch|ft|(?:milli|centi)?met(?:er|re)s?|(?:milli)?seconds?|%|[kcm]?m.*s.*"
     r"|km[\s_/]?p?h|[mk]ph|fps|(?:ft|in)[\s_/].*s"
 )
 _SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
-_JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is of v, se of any
+# A letter for an error, joined to its quantity, which ends the word: "dv", "ueps", "dv_after", but not "dvd". Not the
+# word "se", a standard error of any quantity. Nor uh, uy, sh and sy: u is also a speed, and s a way, which have such
+# components beside a height or a y; chosen by hand.
+_JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^\W_])", re.I)
 # Characters and words of a header that is taken apart, at most: a longer text is a sentence, and each end of it is
 # tried as a unit. Chosen by hand: "standard deviation of the velocity before impact (cm/s)" has 55 characters.
 _LONGEST, _MOST_WORDS = 80, 12
@@ -180,7 +189,8 @@ def quantities(name: str) -> tuple[str, ...]:
     key = name.strip() if name.strip() in _NAMES else plain(name)  # a capital letter may have a meaning of its own
     if key in ("start", "stop"):  # of phyphox, beside stop_2, …
         return (f"bounces {int(key == 'stop')}",)
-    # "h2", "bounce 12": a series, in which a file has less than 1000 columns; a longer number is no column's.
+    # "h2", "h_2", "bounce 12": a series. By hand, a number has up to three digits: a longer one, such as a year, is no
+    # column's.
     if numbered := re.fullmatch(r"(.*?)_?([0-9]{1,3})", key):
         return tuple(f"{series} {int(numbered[2])}" for series in _NAMES.get(f"{numbered[1]}\n", ()))
     # "v", or else "velocity v"
@@ -226,13 +236,14 @@ def header(text: str) -> Header:
 
     `text` is a cell such as "v (cm/s)".
     """
-    # A long text, or one without letters, is no header.
+    # A long text, or one without letters, is no header; ± and / are signs of errors and of a unit, as in "±" and "/s".
     text = text.replace("+/-", "±").replace("+-", "±")
     words = len(text) <= _LONGEST and len(_SEPARATORS.findall(text)) < _MOST_WORDS
     if not words or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
     text = _DATA_SET.sub("", " ".join(text.split())).strip()
-    # "v (m/s)": a name with its unit in brackets; or "velocity (v)", a name with its symbol.
+    # "v (m/s)": a name with its unit in brackets; or "velocity (v)", a name with its symbol. A label, such as "drop
+    # (1)", has no unit. Texts in which brackets belong to the name of an error, "error (v)", are below.
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
         if meanings := _quantities_of_both(name, unit):
@@ -266,7 +277,8 @@ def _split_off_unit(head: Header, dimension: str) -> Header:
     for name, _, end in cuts:
         if name and unit_in_si(end, dimension) and (len(end) > 1 or _COMMON_UNIT.fullmatch(end)):
             return Header(name, end)
-    # An end that is a unit of something else, or looks like one: it is refused later, when the unit is read.
+    # An end that is a unit of something else, or looks like one: it is refused later, when the unit is read. Single
+    # letters do not count, because many are units: a of time, c of speed.
     for name, sign, end in cuts if dimension in DIMENSIONS else ():
         is_unit = end.lower() in PIXELS or (
             len(end) > 1 and any(unit_in_si(end, any_dimension) for any_dimension in DIMENSIONS)
@@ -278,14 +290,20 @@ def _split_off_unit(head: Header, dimension: str) -> Header:
 
 
 def _error_of(name: str) -> str | None:
-    """Return the name of the quantity whose errors a name stands for: "v" for "sigma_v"; None if it is no error."""
-    # Each word may be one for an error, such as sigma; an s behind others is a unit.
+    """Return the name of the quantity whose errors a name stands for, as written: "v" for "sigma_v", "dv", "v error".
+
+    `name` is a header, with or without its unit. "": a word for errors alone, which are those of a neighbour's
+    quantity. None: no error, or `quantities` does not know the name that is left.
+    """
+    # Words are between blanks, _ and brackets; each may be one for an error, such as sigma. An s behind others is the
+    # unit of seconds: "v s".
     words = [word for word in re.split(r"[\s_()]+", _JOINED.sub(r"\1 \2", name).translate(_MARKS)) if word]
     keys = [plain(word).replace("_", "") for word in words]  # "std.", "écart-type"
     is_error = [bool(_ERROR_WORD.fullmatch(key)) and (k == 0 or key != "s") for k, key in enumerate(keys)]
-    # The words that are left name the quantity; they are between the first and the last of them.
+    # The quantity's name is from the first to the last word that is neither an error nor a filler. A word for an error
+    # counts outside of this name only: "v err after" is no error.
     inner = [k for k, key in enumerate(keys) if not (is_error[k] or _FILLER.fullmatch(key))]
-    if not inner:  # d, u and s need a name
+    if not inner:  # one letter, d, u or s, needs a name; the sign ± does not
         stands_alone = any(error and (len(key) > 1 or key == "±") for error, key in zip(is_error, keys, strict=True))
         return "" if stands_alone else None
     quantity_name = " ".join(words[inner[0] : inner[-1] + 1])
@@ -460,7 +478,8 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
         k: indices for k, indices in chosen.items() if indices
     }
     for form in FORMS:
-        # The first form whose columns are all there. A series has two values, with the drop; h0 is no rebound.
+        # The first form whose columns are all there, and that has all those which options name. A series of values
+        # needs two in a row, or one beside the drop; beside a drop it begins at h1, because h0 is the drop itself.
         form_places = {"epsilon": places[form.epsilon], **places} if form.epsilon in places else places
         if all(name in form_places for name in form.needed) and {*columns} - omitted <= form.names():
             (*others, last) = form.needed

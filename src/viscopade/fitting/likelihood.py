@@ -1,8 +1,8 @@
 """Fit of one law to measured points, by maximum likelihood, with SciPy.
 
-A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. If the load of the body's weight is known, eps changes as in
-the viscoelastic contact that has the same eps without weight (`weight_table`). The residuals eps_i - E(v_i)
-have the covariance
+A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. If the load of the body's weight is known, eps is assumed to
+change as in the viscoelastic contact that has the same eps without weight (`weight_table`). The load of a point is
+(v_G/v)^(6/5), where v_G is the speed at which it is 1. The residuals eps_i - E(v_i) have the covariance
 
     C = s^2 + G G^T,    G = d eps - E'(v) d v,
 
@@ -54,9 +54,11 @@ _CLOSE = 1e-7  # relative change of the parameters at rest: measured eps have fi
 # Hunt-Crossley 1), and an interval that reaches its end is reported as infinite.
 _EXPONENTS = (-3.0, 5.0)
 _DEGREES = 4.0  # of freedom of Student's t: the customary value in robust regression (Lange, Little, Taylor 1989)
-_LARGEST = 1e12  # kappa, at most: there the compared laws have eps < 1e-6, and larger kappa would overflow
+# kappa, at most: there the compared laws have eps of 1e-12 or less, as good as 0, and the powers of much larger kappa
+# would overflow.
+_LARGEST = 1e12
 _LEAST = 1e-10  # least scatter of eps: that of data that follow a law to rounding errors; C stays positive definite
-_NO_LOAD = np.zeros(1)  # G = 0 at all points
+_NO_LOAD = np.zeros(1)  # the load 0 of all points: numpy repeats the one element
 # Number of values of the scatter, besides 0, in the mixture: steps of 0.17 in ln s over four decades and a half. The
 # likelihood of n points has the width 1/sqrt(2 n) in ln s; a sum with steps of twice this, at n = 66, is off by 1 %.
 # docs/results/fit.md has the measured coverage of the intervals for 12 and 48 points. More values only cost time.
@@ -87,18 +89,18 @@ class Model:
         return cls(name, law, float(2 * law.c))
 
     def epsilon(self, kappa: FloatArray, load: FloatArray = _NO_LOAD) -> FloatArray:
-        """Return eps = E(kappa) at each kappa, the scaled damping, under the scaled load G of the body's weight."""
+        """Return eps = E(kappa) at each kappa, the scaled damping, under the scaled load of the body's weight."""
         kappa = np.minimum(kappa, _LARGEST)
         if not load.any():
             return _shape(self.law)(kappa)
-        # The table of collisions under a load is that of the viscoelastic law: take the contact of this law that has
-        # the same eps without weight.
+        # The table of collisions under a load is that of the viscoelastic law: for another law, take the viscoelastic
+        # contact with the same eps without weight. This is an assumption, because other laws have no table.
         if self.law != VISCOELASTIC:
             kappa = kappa_of(VISCOELASTIC, _shape(self.law)(kappa))
         return weight_table.epsilon(kappa, load)
 
     def kappa(self, epsilon: FloatArray, load: FloatArray = _NO_LOAD) -> FloatArray:
-        """Return the kappa that gives each eps under each load G: the inverse of `epsilon`."""
+        """Return the kappa that gives each eps under each load: the inverse of `epsilon`."""
         if not load.any():
             return kappa_of(self.law, epsilon)
         # The steps of `epsilon` backward: from eps under the load to eps without it, and to this law's kappa.
@@ -235,8 +237,9 @@ class LawFit:
         if self.points.errors_complete or not self._measured.any():
             return None
         # Values of s around the root mean square of residuals and errors. Below a thousandth of it a scatter changes an
-        # error of this size by less than 1e-6, and 0 stands for them all. At 30 times of it the likelihood of three
-        # points is 30^-2 of the largest. Within these bounds the limits are chosen by hand.
+        # error of this size by less than 1e-6, and 0 stands for them all. At 30 times of it the restricted likelihood,
+        # which falls as s^-(n - k), is 30^-2 of the largest for three points and one parameter. Within these bounds the
+        # limits are chosen by hand.
         root = math.sqrt(float(np.mean(self.residuals**2)) + float(np.mean(self._measured[0])))
         grid = np.concatenate([[0.0], root * np.geomspace(1e-3, 30, _GRID)])
         fits = [self._refit_at_scatter(s) for s in grid.tolist()]
@@ -288,7 +291,7 @@ class LawFit:
         slopes = np.empty((len(self.points), len(self.parameters)))
         for i, value in enumerate(self.parameters):
             # Central differences, with a step of 1e-4 of the parameter, as `_STEP`; a parameter near 0, such as p of a
-            # constant eps, gets the step of 1e-3. b stays >= 0.
+            # constant eps, gets the step of 1e-3, which is 1e-7: round-off is then 1e-9 of a slope. b stays >= 0.
             low, high, step = self.parameters.copy(), self.parameters.copy(), 1e-4 * max(abs(value), 1e-3)
             high[i] += step
             low[i] -= step if i else min(step, value)
@@ -429,9 +432,9 @@ def fit_law(points: Points, model: Model, *, robust: bool = False) -> LawFit:
 
 
 def _search(points: Points, model: Model, middle: float, first_exponent: float, robust: bool) -> LawFit:
-    """Return the fit that a search from the exponent `first_exponent` finds; `middle` is v_0.
+    """Return the fit that a search from the exponent `first_exponent` finds.
 
-    The other arguments are those of `fit_law`.
+    `points`, `model` and `robust` are those of `fit_law`, and `middle` is v_0.
     """
     # kappa of all points gives b = kappa (v/v_0)^-p; their median is the first guess. An eps of 0 has no finite kappa,
     # and b = 0 no slope back: both are moved off 0, by less than any measurement tells.
@@ -472,7 +475,7 @@ def _search(points: Points, model: Model, middle: float, first_exponent: float, 
 def _measurement_band(points: Points, fit: LawFit) -> FloatArray:
     """Return G G^T, the covariance of the residuals by the measurement errors, as its diagonals, the main one first.
 
-    G is taken at the law of `fit`.
+    G is taken at the law of `fit`, and the speeds, eps and errors are those of `points`.
     """
     low, high = (fit.epsilon(points.speed * ratio) for ratio in np.exp([-_STEP, _STEP]))
     # E'(v) = (dE/d ln v)/v, by a central difference
@@ -495,7 +498,8 @@ def _covariance(factor: FloatArray, slopes: FloatArray, robust: bool) -> FloatAr
     `robust`: the errors follow Student's t.
     """
     whitened = np.array([_whiten(factor, column) for column in slopes.T]).T
-    # (J^T C^-1 J)^-1; columns are scaled to length 1, so that the inverse hardly depends on units.
+    # (J^T C^-1 J)^-1; columns are scaled to length 1, so that the inverse hardly depends on units. It is a
+    # pseudoinverse, because eps does not depend on p if b is 0; such a column of 0 keeps the size 1.
     size = np.sqrt(np.sum(whitened**2, axis=0))
     size[size == 0] = 1.0
     # Ratio of the Fisher information of a Gaussian to that of Student's t with d degrees of freedom and the same scale:
@@ -529,9 +533,13 @@ def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -
 
 
 def _whiten(factor: FloatArray, values: FloatArray) -> FloatArray:
-    """Return L^-1 of values: residuals become independent, with a variance of 1 if the law is true."""
+    """Return L^-1 of `values`, one of each point; `factor` is the band of L.
+
+    Residuals become independent, with a variance of 1 if the law is true.
+    """
     if len(factor) == 1:
         return np.asarray(values / factor[0])
+    # L has len - 1 diagonals below the main one, and none above it.
     return np.asarray(linalg.solve_banded((len(factor) - 1, 0), factor, values))
 
 
@@ -593,7 +601,8 @@ class Misfit:
         # With Student's t, equal values of rounded data would look like data without any scatter: it begins at the
         # rounding error. Rounding to a unit has the standard deviation 1/sqrt(12) of it.
         floor = max(1e-6 * root, self.resolution / math.sqrt(12)) if self.robust else 1e-6 * root
-        # It ends at ten times the root mean square: s exceeds that only by 1/sqrt(1 - k/n), at most sqrt(3).
+        # It ends at ten times the root mean square: s exceeds that only by 1/sqrt(1 - k/n), at most sqrt(3), and ten is
+        # a margin by hand, which costs a step or two.
         top, bottom = math.log(10 * max(root, floor) + _LEAST), math.log(floor + _LEAST)
         minimum = optimize.minimize_scalar(
             lambda log_scatter: self.deviance(math.exp(log_scatter), 1 - parameters_per_point),

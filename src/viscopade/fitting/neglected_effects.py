@@ -24,14 +24,14 @@ AIR = 1.2
 # A table-tennis ball: 4 cm and 2.7 g by the rules of the game. Few balls are lighter for their size, so drag on another
 # body is smaller. Its elastic constants do not matter in flight.
 _LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, dissipative_constant=0)
-_SLOW = 1e-9  # m/s, for a body that does not rebound: no flight has the height 0, and this one is too short for drag
 # Rounds of the iteration for the sticking speed. Each makes the error less than half as large, because E(v) falls at
 # most as v^(-1/3). So 1e-6 of it is left, and the report has two digits.
 _ROUNDS = 20
-# First guesses of the energy that the slowest bodies lose in the neck, over their energy of impact. The four spread
-# over 0 to 1; a search from a wrong one may end where all bodies stick.
+# First guesses of the energy that the slowest bodies lose by adhesion, over their energy of impact. A search from a
+# wrong one may end where all bodies stick: by hand, four that spread over 0 to 1, denser at small losses, which are
+# usual.
 _LOSSES = (0.03, 0.1, 0.3, 0.6)
-_LEAST_DRAG = 1e-3  # change of eps from which on drag is reported: below the errors of any real bounce
+_LEAST_DRAG = 1e-3  # change of eps from which on drag is reported, by hand: below the errors of any real bounce
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,8 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
     if not falls and not on_wall:
         return None
     if not points.weight_speed and pair is None:
-        # g t_c/v = COUNTS = 0.02, from which on weight matters (it then increases the loss by 1 %), gives t_c; in ms
+        # g t_c/v = COUNTS = 0.02, from which on texts warn of weight (it then increases a small loss by 1 %), gives
+        # t_c, in ms: 1000 times that in s
         milliseconds = 1000 * COUNTS * ends[1] / gravity
         text = (
             f"it matters if the contact of the slowest bounce lasts {milliseconds:.2g} ms or more "
@@ -112,9 +113,9 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
     # In vacuum v = sqrt(2 g h) = g T/2: the same heights or durations, in air, have other speeds.
     before, after = recorded.points.speed, recorded.points.speed * recorded.points.epsilon
     if recorded.kind == "heights":
-        fall, rise = (flight.launch_to(speed**2 / (2 * gravity)) for speed in (before, np.maximum(after, _SLOW)))
+        fall, rise = (flight.launch_to(speed**2 / (2 * gravity)) for speed in (before, after))
     else:
-        fall, rise = (flight.launch(2 * speed / gravity) for speed in (before, np.maximum(after, _SLOW)))
+        fall, rise = (flight.launch(2 * speed / gravity) for speed in (before, after))
     # eps in air, the speed of the rise over that at the end of the fall, minus the eps of the data
     changes = rise / flight.impact(fall) - recorded.points.epsilon
     k = int(np.argmax(np.abs(changes)))
@@ -158,7 +159,8 @@ def adhesion(fits: Sequence[LawFit]) -> str | None:
         return np.asarray((points.epsilon - np.sqrt(np.maximum(epsilon**2 - lost, 0))) / errors)
 
     # Where the root is cut off at 0 no slope leads back: the search starts with several losses of the slowest bodies.
-    # ln b is finite if b is 0, too; exp(50) and exp(-50) are far beyond any damping, and do not overflow.
+    # ln b is finite if b is 0, too, because 1e-9 stands for less; exp(50) and exp(-50) are far beyond any damping, and
+    # do not overflow.
     log_b = math.log(max(float(main.parameters[0]), 1e-9))
     searches = [optimize.least_squares(residuals, [log_b, loss], bounds=([-50, 0], [50, np.inf])) for loss in _LOSSES]
     best = min(searches, key=lambda search: float(search.cost))

@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
-# Limits of standard errors of eps. Below 1e-10, the fit itself, which is good to about 1e-12, is not much more
-# accurate. Above 1000 an error tells nothing: eps is 0 to 1. Both powers of ten were chosen by hand.
+# Limits of standard errors of eps, which has no unit. Below 1e-10, the fit itself, which is good to about 1e-12, is not
+# much more accurate. Above 1000 an error tells nothing: eps is 0 to 1. Both powers of ten were chosen by hand.
 _SIGMA = Accepted("a number from 1e-10 to 1000", lambda x: (x >= 1e-10) & (x <= 1000))
 _SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) | ((x >= 1e-10) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)
-_SPAN = 0.01  # of ln v: one per cent of speed, in which all laws are straight lines, to (0.01)^2 of 1 - eps
+# Width in ln v of a group of points that are averaged, at most: one per cent of speed. In it all laws are straight
+# lines up to terms of second order, about (0.01)^2 of 1 - eps.
+_SPAN = 0.01
 _ABOVE = 5.0  # standard errors by which a measured eps may be above 1: by chance one of three million is farther
 _LARGEST = 2.0  # measured eps if it scatters; a larger one is a percentage without its unit
 
@@ -97,7 +99,7 @@ class Points:
         """Smallest difference between two unequal eps: one unit in the last digit of rounded data."""
         # Steps below 1e-12 are round-off (1e-16 of eps), and no instrument has twelve digits. Equal eps have 0.
         steps = np.diff(np.sort(self.epsilon))
-        return float(steps[steps > 1e-12].min(initial=1.0)) if (steps > 1e-12).any() else 0.0
+        return float(steps[steps > 1e-12].min()) if (steps > 1e-12).any() else 0.0
 
     @property
     def of_independent_errors(self) -> bool:
@@ -122,12 +124,12 @@ class Points:
         Parameters
         ----------
         speed, epsilon : array
-            Impact speeds v > 0, length/time, and eps >= 0; eps may be above 1 by 5 standard errors, or up to 2 if it
-            scatters.
+            Impact speeds v > 0, length/time, in any one unit, such as m/s; and eps >= 0, which may be above 1 by 5
+            standard errors, or up to 2 if it scatters.
         sigma_epsilon : float or array, optional
             Standard errors of eps.
         sigma_speed : float or array
-            Standard errors of the speeds.
+            Standard errors of the speeds, in their unit.
         contact_time : array, optional
             Durations of contact > 0.
         scatter : bool, optional
@@ -160,6 +162,8 @@ class Points:
         data, hidden = unmasked(plain)
         shown = np.ones(shapes[0], dtype=bool) if hidden is None else ~hidden
         complete = sigma_epsilon is not None and not scatter
+        # What is accepted of each column, in the order of `columns`; `__post_init__` tests the range of eps. Standard
+        # errors of eps may be 0 only if it scatters besides.
         accepted = (_POSITIVE, _FINITE, _SIGMA if complete else _SIGMA_OR_0, _NON_NEGATIVE, _POSITIVE)
         v, e, sigma_e, sigma_v, times = (
             array(name, np.broadcast_to(values, shapes[0])[shown], test)

@@ -40,12 +40,14 @@ bounces, and below 1 nm/s no measurement.
 """
 
 IN_VACUUM = Flight()
-_SAME_INSTANT = 6  # decimals, in seconds, to which equal instants in two sheets agree: finer than any sound is timed
+_SAME_INSTANT = 6  # decimals of seconds in which equal instants in two sheets agree: no sound is timed to a microsecond
 # Rows of units between the header and the numbers, at most, chosen by hand: programs write one or two; more rows
 # without a number are data that cannot be read, and are refused as such.
 _ROWS_OF_UNITS = 5
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
-_DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)  # in a cell: it is no unit
+# In a cell that is data, and so no unit: it begins with a number, "-1.2", or has a digit that begins a word, "t = 3",
+# or is nan. Digits behind a letter, _, ^ or a minus sign may be the power of a unit: "m2", "s^2", "m s-1", "s⁻1".
+_DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)
 # "1,234": a comma that may separate thousands, or be a decimal sign
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
@@ -247,7 +249,7 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
 
     `name` is the quantity for which an option asks, if it is that.
     """
-    # The message shows up to 12 headers of up to 40 characters: a few lines of a terminal.
+    # The message shows up to 12 headers of up to 40 characters: a few lines of a terminal; chosen by hand.
     header = ", ".join(repr(cell.strip()[:40]) for cell in sheet.header[:12])
     absent = [text for text in options.columns.values() if text != "-" and not forms.places_of(sheet.header, text)]
     if absent:
@@ -341,14 +343,15 @@ class _Reader:
         self.doubtful_scale = False
         read_columns = [i for name, places in layout.places.items() if name != "drop" for i in places]
         filled_rows = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in read_columns)]
-        # Rows without a digit between the header and the first number have units, or nothing.
+        # Rows without data between the header and the first number have units, "m/s" or "(m/s)", or nothing, such as
+        # lines of dashes. Those of all columns are taken, because some that are not read here may have errors.
         self._units_below: dict[int, str] = {}  # index of a column -> text
         rows_of_units = 0
         for k in filled_rows[:_ROWS_OF_UNITS]:
             texts = {
                 i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*read_columns, *range(len(sheet.header))}
             }
-            # Beside a unit, 1 is the unit of a plain number.
+            # Beside a unit, 1 is the unit of a plain number. Units are of the dimensions that `forms.QUANTITIES` have.
             has_unit = any(
                 unit_in_si(texts[i], dimension) for i in read_columns for dimension in ("speed", "length", "time")
             )
@@ -392,7 +395,7 @@ class _Reader:
     def _column(self, i: int, name: str) -> _Column:
         """Return column i, which has the quantity of this name, in SI units, with its standard errors."""
         dimension, resolution = forms.measured_quantity(name).dimension, self.options.resolution
-        # Values without a unit are in the SI unit, the first in `DIMENSIONS`.
+        # Values without a unit are in the SI unit, the first in `DIMENSIONS`, of the size 1; a plain number has none.
         values, sigma, j = self._numbers(i, name), np.zeros(len(self.rows)), self.errors.get(i)
         unit = self._unit(i, name) or _Unit(DIMENSIONS.get(dimension, ("",))[0], 1.0, "plain numbers")
         # Standard errors: --resolution for all rows, or a column, in its own unit or that of the quantity.
@@ -408,7 +411,7 @@ class _Reader:
             sigma = self._numbers(j, f"sigma_{name}") * error_unit.size
             if (blank := np.isfinite(values) & np.isnan(sigma)).any():
                 raise ValueError(f"{self.labels[int(np.argmax(blank))]}: sigma_{name} is '': expected a number >= 0")
-        # Cells of a spreadsheet that show 90 % have the number 0.9.
+        # Cells of a spreadsheet that show 90 % have the number 0.9: an eps in %, in hundredths, is hardly 1 % or less.
         if unit.text == "%" and name == "epsilon" and len(values) and (values <= 1).all():
             text = f"all numbers are {values.max():g} % or less: is the unit right?"
             raise ValueError(f"{self.layout.cells[i]!r}: {text} Expected numbers such as 90, or a header without %")
@@ -452,8 +455,8 @@ class _Reader:
             if isinstance(cell := cell_of(row, i), str)
         ]
         commas, points = ([(k, text) for k, text in texts if sign in text] for sign in ",.")
-        # A comma before three digits may separate thousands. But programs separate cells by ; because numbers have
-        # decimal commas.
+        # A comma before three digits may separate thousands: if that is so of all commas, the file is refused. But
+        # programs separate cells by ; because numbers have decimal commas.
         thousands = self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(text) for _, text in commas)
         if commas and (points or thousands):
             k, text = commas[0]
@@ -472,22 +475,26 @@ class _Reader:
     def _unit(self, i: int, name: str) -> _Unit | None:
         """Return the unit of column i, which has the quantity of this name, or its errors; None if it has no unit."""
         head, dimension = self.layout.headers[i], forms.measured_quantity(name).dimension
+        # --length-per-unit, such as metres of a pixel, goes before any unit that is written.
         if name == "position" and self.options.length_per_unit is not None:
             length = self.options.length_per_unit
             return _Unit(f"{length:g} m", length, "--length-per-unit")
         option = self.options.units.get(name, "")
         # Units in the header, below it, and in an option must agree. `unit_in_si` gives a unit's name and its size in
-        # SI units, or None for a text that is no unit of this dimension.
+        # SI units, or None for a text that is no unit of this dimension. written: text -> where it is, the last of
+        # these places if a text is in several; "" is no unit.
         written = {head.unit: "its header", self._units_below.get(i, ""): "the row below the header", option: "--unit"}
         units_by_text = {text: unit_in_si(text, dimension) for text in written if text}
         if option:  # a text that is no unit gives way to the option
             units_by_text = {text: unit for text, unit in units_by_text.items() if text == option or unit}
         if bad := [text for text, unit in units_by_text.items() if not unit]:
+            # The units of a plain number, which has no dimension, are none and per cent.
             units = " or ".join(DIMENSIONS.get(dimension, ("none", "%"))) + ", or --length-per-unit" * (
                 name == "position"
             )
             where = f"{self.layout.cells[i]!r}: the unit of {name} is {bad[0]!r}"
             raise ValueError(f"{where}: expected {units}, or --unit {name}=UNIT")
+        # unit[1]: sizes in SI units, so that "mm" and "millimeter" agree
         if len({unit[1] for unit in units_by_text.values() if unit}) > 1:
             texts = " and ".join(f"{text!r} in {written[text]}" for text in units_by_text)
             raise ValueError(f"the column {name} has the units {texts}: expected one unit")
@@ -543,7 +550,8 @@ class _Reader:
         self._refuse_second_reading()
         self._refuse_missing_units()
         points = _POINTS[form.kind](self)
-        # A unit in an option, or the flights of a track, tell that fast speeds are meant.
+        # The user's unit in an option, or the flights of a track, which have an acceleration to compare with g, tell
+        # that speeds above FAST are meant.
         fastest = FASTEST if {*options.units} & {*form.needed} or form.kind == "positions" else FAST
         for k, (speed, error) in enumerate(zip(points.speed, points.standard_errors, strict=True)):
             if not SLOWEST <= speed <= fastest:
@@ -588,13 +596,20 @@ class _Reader:
                 raise ValueError(f"the column {cell!r} is not read beside {list_header!r}: expected {how}, {alone_too}")
 
     def _refuse_missing_units(self) -> None:
-        """Raise ValueError if one of two columns of the same dimension has a unit, and the other none."""
+        """Raise ValueError if one of two columns of values has a unit other than the SI unit, and the other one none.
+
+        Both have the same dimension. A column without a unit is read in SI units: beside one in SI units it is no
+        contradiction, but beside one in cm it was probably meant in cm.
+        """
+        # Columns with a unit of another size than the SI unit's, 1, and columns without a unit
         names = [name for name in (*self.form.needed, *self.form.optional) if name in self.layout.places]
         places = [(i, name) for name in names for i in self.layout.columns(name)]
         units = [(i, name, unit) for i, name in places if (unit := self._unit(i, name)) and unit.size != 1]
-        bare = [(i, name) for i, name in places if self._unit(i, name) is None]  # in SI units
+        bare = [(i, name) for i, name in places if self._unit(i, name) is None]
         for (i, name, unit), (j, bare_name) in product(units, bare):
-            if forms.measured_quantity(name).dimension == forms.measured_quantity(bare_name).dimension in DIMENSIONS:
+            # Plain numbers and labels have no dimension of `DIMENSIONS`, and need no unit.
+            dimension = forms.measured_quantity(name).dimension
+            if dimension == forms.measured_quantity(bare_name).dimension and dimension in DIMENSIONS:
                 text = f"{self.layout.cells[i]!r} is in {unit.text}, but {self.layout.cells[j]!r} has no unit"
                 raise ValueError(f"{text}: expected one, such as --unit {bare_name}={unit.text}")
 
@@ -682,7 +697,7 @@ def _points_of_speeds(reader: _Reader) -> Points:
     if "speed_out" in reader.form.needed:
         errors = {"sigma": speed.sigma, "sigma_after": after.sigma}
         return bounces.of_speeds(speed.values, after.values, **errors, labels=reader.labels)
-    # A column E is eps only if its numbers can be that; e beside evenly spaced times may be anything.
+    # A column E is eps only if its numbers can be that, 0 to 1; e beside evenly spaced times may be anything.
     if reader.form.epsilon == "energy" and (out_of_range := ~((after.values > 0) & (after.values <= 1))).any():
         k = int(np.argmax(out_of_range))
         raise ValueError(f"{reader.labels[k]}: 'E' is {after.values[k]:g}: expected 0 to 1, or --column epsilon=E")
@@ -698,7 +713,8 @@ def _points_of_speeds(reader: _Reader) -> Points:
 
 def _points_of_instants(reader: _Reader) -> Points:
     """Return the points of the bounces among instants; add other sounds to the reader's `left_out`."""
-    # Times of flight T0, T1, …: the bounces are between them. Flights get shorter.
+    # Times of flight T0, T1, …: the bounces are between them. Flights get shorter: if the median of the ratios of
+    # successive ones is above 1, they are none.
     of_flights, runs = "flights" in reader.form.needed, list[Sequel]()
     if of_flights:
         flights = _successive(reader)
@@ -730,7 +746,7 @@ def _points_of_instants(reader: _Reader) -> Points:
 
 def _successive(reader: _Reader) -> list[Sequel]:
     """Return the sequels of two values or more; add others to the reader's `left_out`."""
-    # An eps is the ratio of two successive values, or its root.
+    # An eps is the ratio of two successive times of flight, or the root of that of two heights.
     sequels = reader.sequels()
     reader.left_out += [(sequel.labels[0], "no value follows it") for sequel in sequels if len(sequel.values) < 2]
     if not (successive := [sequel for sequel in sequels if len(sequel.values) > 1]):
@@ -761,12 +777,15 @@ def _points_of_positions(reader: _Reader) -> Points:
     clock, options, labels, points_by_drop = reader.form.needed[0], reader.options, reader.labels, list[Points]()
     if clock == "frame" and options.rate is None:
         raise ValueError("frames have no times: expected --rate, the number of frames per second")
-    # t = frame/rate, or the column time
-    times, (position,) = reader.values(clock) / (options.rate or 1.0), reader.columns("position")
+    # t = frame/rate, or the column time, in s, for which the divisor is 1; and its last digit, of all rows, also in s
+    frames_per_second = options.rate or 1.0
+    times, (position,) = reader.values(clock) / frames_per_second, reader.columns("position")
+    digit = reader.last_digit(clock) / frames_per_second
     for rows in reader.drops():
         complete_rows = [i for i in rows if math.isfinite(times[i]) and math.isfinite(position.values[i])]
-        row_labels, digit = [labels[i] for i in complete_rows], reader.last_digit(clock)
-        frames = tracks.frame_times(times[complete_rows], row_labels, digit / (options.rate or 1.0))
+        row_labels = [labels[i] for i in complete_rows]
+        # Times without the rounding to their last digit, if they are those of a fixed rate
+        frames = tracks.frame_times(times[complete_rows], row_labels, digit)
         track = tracks.of_track(
             frames, position.values[complete_rows], row_labels, options.flight, sigma=position.sigma[complete_rows],
             contact_time=options.contact_time,
@@ -775,6 +794,7 @@ def _points_of_positions(reader: _Reader) -> Points:
         reader.flights += track.flights
         reader.left_out += track.left_out
         if not track.agrees:
+            # The warning names the length of one unit of the file in metres: 1 without a unit, in SI units.
             unit = reader._unit(reader.layout.places["position"][0], "position")
             reader.warnings.append(track.warning(options.flight.gravity, unit.size if unit else 1.0, options.rate))
             reader.doubtful_scale = True

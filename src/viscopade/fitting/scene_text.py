@@ -41,7 +41,8 @@ def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title:
     epsilon, error = fit.epsilon(float(speed))
     # 1 - eps at v* = beta^(1/2) v^(1/10)
     loss = float(double.one_minus_epsilon(math.sqrt(fit.beta) * float(speed) ** 0.1))
-    # A loss below 1e-12 is round-off of a fit without damping, and no error of eps, a number from 0 to 1, is 1 or more.
+    # A loss of 1e-12 or less is round-off of a fit without damping, and no error of eps, a number from 0 to 1, is 1 or
+    # more.
     if not loss > 1e-12 or not 0 < error < 1:
         raise ValueError(
             f"beta is {fit.beta:.3g} +- {fit.beta_standard_error:.2g}, eps is {epsilon:.6g} +- {error:.2g}: "

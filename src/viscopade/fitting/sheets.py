@@ -27,10 +27,12 @@ from viscopade.fitting import spreadsheet
 from viscopade.fitting.forms import SheetLayout
 from viscopade.quantity import unit_in_si
 
-# A cell between blanks: a text in quotes, or a word with a unit in brackets behind it.
+# A cell between blanks: a text in quotes, or a word with a unit in brackets behind it: time (s) is one cell.
 _BLANK_SEPARATED = re.compile(r'"[^"]*"|[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?')
+# A cell that is a number and nothing else, with a decimal point or comma, or nan: "1,203", "-.5", "1e-3"
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)
-_VALUE = re.compile(r"\W*[0-9][0-9.,:]*(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)  # the beginning of a measured value
+# The beginning of a measured value, behind signs and before a unit: "< 0.5 mm", "±2", "12:30:01"
+_VALUE = re.compile(r"\W*[0-9][0-9.,:]*(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)
 # A line whose commas may be decimal signs
 _WHOLE_NUMBERS = re.compile(r"[0-9,\s+-]*")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
@@ -139,7 +141,7 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     """Return the table in a CSV file of this content; `file` and `sheet` are its names, `layout_of` as in `sheets`."""
     source = Sheet(file, sheet, (), [], []).source
     try:
-        # UTF-16 with its mark, or UTF-8, or else the code page of Windows.
+        # UTF-16 with its mark (the first two bytes, FF FE or FE FF), or UTF-8, or else the code page of Windows.
         text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("cp1252", "replace")
@@ -153,7 +155,8 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip():
             (comments if line.lstrip().startswith("#") else data).append((number, line))
-    # Without a separator, a line is one name with blanks in it if the rows below it have one cell.
+    # Without a separator, a line is one name with blanks in it if the rows below it have one cell: the last row has, if
+    # it does not split into two at a blank.
     last_line = data[-1][1] if data else ""
     one_cell = len(last_line.split(None, 1)) == 1
     data_numbers = {number for number, _ in data}

@@ -12,8 +12,8 @@ import sys
 MEMORY, SECONDS = 1 << 30, 30
 """Limits of the process: bytes of its address space (1 GiB), and its duration.
 
-Chosen by hand: 8 million numbers, the largest admissible table, take about 0.3 GB in Python. A file that was made to
-fill the memory ends here.
+Both were chosen by hand: 8 million numbers, the largest admissible table, take about 0.3 GB in Python, and a user may
+wait for half a minute. A file that was made to fill the memory or to take hours ends here.
 """
 
 Row = tuple[int, list[str | float]]

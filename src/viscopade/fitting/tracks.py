@@ -34,8 +34,9 @@ FEWEST = 5
 # The limits below were chosen by hand; tests/fitting/test_tracks.py holds them to synthetic tracks of 33 to 200 frames
 # a second, in which a hand holds or lifts the ball, and to 300 tracks whose intervals must cover the true values.
 _FINITE = Accepted("a finite number", np.isfinite)
-# Number of Newton steps, and the relative size of the last one. Newton's method squares the error in each step, so that
-# after a step of 1e-7 it is at round-off; six steps get there from 0.1.
+# Number of Newton or Gauss-Newton steps, at most, and the relative size of the last one. Newton's method squares the
+# error in each step, so that after a step of 1e-7 it is at round-off; from 0.1, four steps get there, and six are by
+# hand.
 _ROUNDS, _CLOSE = 6, 1e-7
 _OFF = 5.0  # standard errors: a frame farther off belongs to no free flight; noise does that once in two million frames
 _CURVED = 5.0  # standard errors of the acceleration of a body that falls, and is not held
@@ -235,7 +236,8 @@ def frame_times(time: FloatArray, labels: Sequence[str], digit: float) -> FloatA
     ValueError
         If they are not evenly spaced, up to their last digit and gaps of whole frames.
     """
-    # Spans between successive frames are whole multiples of the usual one, up to the last digit.
+    # Spans between successive frames are whole multiples of the usual one, up to the last digit; a multiple is 1 at
+    # least.
     spans, reason = np.diff(time), f"there are {len(time)} frames"
     frame = float(np.median(spans)) if len(spans) else 0.0
     misfits = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
@@ -247,8 +249,9 @@ def frame_times(time: FloatArray, labels: Sequence[str], digit: float) -> FloatA
             f"{reason}: expected {2 * FEWEST} or more evenly spaced frames of a track; --column position=- reads the "
             "times of bounces alone, and --column time=- the heights alone"
         )
-    # A fixed rate is a straight line through the times of numbered frames, within their last digit. The mean of single
-    # spans (below 1.5 of the usual one; with a gap it is 2 or more) is more exact than the rounded median.
+    # 2 * FEWEST: two flights, for one contact. A fixed rate is a straight line (degree 1) through the times of numbered
+    # frames, within their last digit. The mean of single spans (below 1.5 of the usual one, halfway to the 2 of a gap)
+    # is more exact than the rounded median.
     frame = float(spans[spans < 1.5 * frame].mean())
     number = np.append(0.0, np.cumsum(np.maximum(np.round(spans / frame), 1)))
     regular = np.polynomial.Polynomial.fit(number, time, 1)(number)
@@ -376,22 +379,26 @@ def of_track(
 
 
 def _noise(position: FloatArray) -> float:
-    """Return the standard error of positions, from third differences, to which a parabola adds nothing.
+    """Return the standard error of positions in m, from third differences, to which a parabola adds nothing.
 
     A body that is held may be seen more sharply, so only frames in which it moves count. Differences across a contact
     are large: a low quantile leaves them out.
     """
     # A third difference y_0 - 3 y_1 + 3 y_2 - y_3 of errors sigma has the variance (1 + 9 + 9 + 1) sigma^2.
     third, moved = np.abs(np.diff(position, 3)), np.abs(position[3:] - position[:-3])
-    # Large displacements are those at the quantile 0.9, which outliers of a few frames do not reach.
+    # Large displacements are those at the quantile 0.9, by hand: outliers of a few frames are above it, and fast
+    # flights are among the rest. `_QUANTILE` of the differences is 0.3853 of their standard deviation, 20^(1/2) sigma.
     moving = third[moved > _MOVING * np.quantile(moved, 0.9)]
     noise = float(np.quantile(moving if len(moving) else third, _QUANTILE)) / _NORMAL_QUANTILE / math.sqrt(20)
-    # Data of a simulation have no noise; 1e-5 of the range is the rounding of a file with five digits.
+    # Data of a simulation have no noise; 1e-5 of the range is the rounding of a file with five digits, by hand.
     return max(noise, 1e-5 * float(np.ptp(position)))
 
 
 def _parabolic_runs(time: FloatArray, height: FloatArray, noise: float) -> list[_Parabola]:
-    """Return successive runs of frames that obey a parabola, from the first frame on, each as long as possible."""
+    """Return successive runs of frames that obey a parabola, from the first frame on, each as long as possible.
+
+    `time` and `height` are all frames of the track, in s and m, and `noise` is the standard error of a height.
+    """
     runs, i = [], 0
     while i + FEWEST <= len(time):
         # A run begins with the fewest frames that obey a parabola.
@@ -406,6 +413,7 @@ def _parabolic_runs(time: FloatArray, height: FloatArray, noise: float) -> list[
             is_near = run.is_near(time[ahead], height[ahead], noise)
             if not is_near[0]:
                 break
+            # Up to the first frame that is not near, or all of them
             run = _Parabola.fit(
                 time, height, slice(i, j + (len(is_near) if is_near.all() else int(np.argmin(is_near))))
             )
@@ -419,7 +427,7 @@ def _falling_runs(time: FloatArray, height: FloatArray, noise: float) -> list[_P
 
     Frames of a contact may lie at the ends of a run: then its inner part has this acceleration.
     """
-    # Runs with an acceleration, and their inner parts
+    # Runs with an acceleration above its errors (run.error is for errors of 1), and their inner parts
     runs = _parabolic_runs(time, height, noise)
     curved = [run for run in runs if abs(run.acceleration) > _CURVED * noise * run.error]
     cores = [_Parabola.fit(time, height, frames) for frames in _inner(curved)]
@@ -462,7 +470,8 @@ def _merge_runs(time: FloatArray, height: FloatArray, runs: Sequence[_Parabola],
 def _inner(runs: Sequence[_Parabola]) -> list[slice]:
     """Return for each run its inner frames, which are far from contacts: the middle half of a long run.
 
-    A short run loses one frame at each end, and a run of FEWEST frames none.
+    A run of fewer than 2 FEWEST = 10 frames loses one frame at each end, and one of FEWEST frames none. By hand: most
+    contacts last for a frame or two, and what is left has the three frames of a parabola or more.
     """
     lengths = [run.frames.stop - run.frames.start for run in runs]
     cut = [length // 4 if length >= 2 * FEWEST else int(length > FEWEST) for length in lengths]
@@ -470,7 +479,10 @@ def _inner(runs: Sequence[_Parabola]) -> list[slice]:
 
 
 def _lows(time: FloatArray, height: FloatArray, runs: Sequence[_Parabola]) -> list[float]:
-    """Return the instants of the lowest frames between successive runs: where contacts are, within a frame or two."""
+    """Return the instants, in s, of the lowest frames between the inner parts of successive runs.
+
+    Contacts are there, within a frame or two.
+    """
     between = [slice(run.stop - 1, max(next_run.start, run.stop) + 1) for run, next_run in pairwise(_inner(runs))]
     return [float(time[gap.start + int(np.argmin(height[gap]))]) for gap in between]
 
@@ -524,8 +536,8 @@ def _grow_curve(
 ) -> _Curve | None:
     """Return the fit of a flight, which grows from its `inner` frames to both sides, up to the first frame that is off.
 
-    Its frames are from `low` up to `high` (not included). None: fewer than three are left. `flight` has the acceleration
-    of free fall and the drag.
+    Its frames are from `low` up to `high` (not included). None: fewer than three are left. `flight` has the
+    acceleration of free fall and the drag.
     """
     i, j, curve = max(inner.start, low), min(inner.stop, high), None
     while j - i > 2:  # a curve has two constants, a and h: two frames are on every curve
@@ -533,8 +545,8 @@ def _grow_curve(
         residuals, variance = curve.residuals(time[low:high], height[low:high])
         # The variance is 1 plus a square; below 1 it is round-off, which would fail in the root.
         is_near = np.abs(residuals) <= _OFF * noise * np.sqrt(np.maximum(variance, 1.0))
-        # It grows by half its length at a time, because the error of the curve is small so far ahead; a curve of three
-        # frames by one. Frames before it are in reverse order, the nearest first.
+        # It grows by half its length at a time (three frames by one): so far ahead, the error of the curve is below
+        # twice that of a frame. Frames before it are in reverse order, the nearest first.
         step = (j - i) // 2
         before, after = is_near[: i - low][::-1], is_near[j - low :]
         left, right = (min(step, len(side) if side.all() else int(np.argmin(side))) for side in (before, after))
@@ -648,7 +660,8 @@ def _without_epsilon(
     rise = max(_CLEAR_ERRORS * noise, _CLEAR_FRACTION * fallen)
     lows = find_peaks(-height, prominence=rise)[0].tolist()
     contact_lows = [m for m in lows if any(abs(time[m] - instant) <= _GAP_FRAMES * frame for instant in instants)]
-    # The lowest frame may be above the plane by the way in a frame at the largest speed, (2 g h)^(1/2).
+    # The lowest frame may be above the plane by the way in a frame at the largest speed, (2 g h)^(1/2). No low above
+    # `level`, the highest contact and this way, is on the plane.
     way = frame * math.sqrt(2 * next(curve.flight.gravity for curve in curves if curve) * fallen)
     level = max((height[m] for m in contact_lows), default=-math.inf) + rise + way
     left_out = []

@@ -119,7 +119,7 @@ def outliers(points: Points) -> list[tuple[str, float]]:
         return []
     model = next(model for model in MODELS if model.exponent is None)
     fit = fit_law(points, model, robust=points.of_independent_errors)
-    # Residuals in standard errors
+    # Residuals in standard errors, with the fitted scatter, which outliers hardly change
     deviations = fit.residuals / fit.standard_errors
     return [(points.labels[i], float(deviations[i])) for i in np.flatnonzero(np.abs(deviations) > _FAR).tolist()]
 
@@ -196,7 +196,7 @@ def contact_law(fits: Sequence[LawFit], verdict: Verdict) -> ContactLaw:
 
 
 def _law_of_exponent(p: float) -> str | None:
-    """Return a law of contact with nearly p = 2/nu - 1: Hertz's force, and x^b with b in 16ths or fourths.
+    """Return the name A,B of a law with nearly p = 2/nu - 1: Hertz's force, and damping x^b with b in 16ths or fourths.
 
     If that b would be negative, the damping is linear, and the exponent of the force gives p. None: there is no such
     law.
@@ -205,11 +205,13 @@ def _law_of_exponent(p: float) -> str | None:
     # with b = 0, a = 2/(1 + p) - 1.
     b = 1.25 * (1 + p) - 1
     # A step of 1/16 of b changes p by 4/5 of it, 0.05, about the error of a good fit. `Law` accepts exponents for which
-    # m (a + 1) and m (b + 1) are integers up to 40: with m = 16 that is a = 3/2 and b <= 3/2. Above, m = 4 is used.
+    # m (a + 1) and m (b + 1) are integers up to 40: with m = 16 that is a = 3/2 and b <= 3/2. With m = 4 it is b <= 9,
+    # which is p <= 7, more than a fit tries, and a <= 9, which is p >= -0.8.
     denominator = 16 if b <= 1.5 else 4
     try:
         if b >= 0:
             return str(Law("3/2", Fraction(round(denominator * b), denominator)))
+        # a in fourths, m = 4, because it is above 3/2 here
         return str(Law(Fraction(round(4 * (2 / (1 + p) - 1)), 4), 0))
     except (ValueError, ZeroDivisionError):
         return None
@@ -261,7 +263,8 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
     n = max(len(main.points), FEWEST)
     # The mean d that decides; n ln(1 + d/n) = _DECISIVE with a fitted scatter.
     deciding_misfit = _DECISIVE if main.points.errors_complete else n * math.expm1(_DECISIVE / n)
-    # sigma^2 is the harmonic mean of the squares; 1e-10, round-off of eps, for data without errors.
+    # sigma^2 is the harmonic mean of the squares; at least 1e-10, for data that follow the law to round-off: the least
+    # scatter in a fit.
     error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
     def excess(log_ratio: float) -> float:
@@ -278,8 +281,8 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
         nearest = optimize.least_squares(residuals, [math.log(max(float(main.parameters[0]), 1e-9))])
         return 2 * float(nearest.cost) - deciding_misfit  # SciPy's cost is half of chi^2
 
-    # The ratio lies between exp(0.001), which is one speed for any experiment, and _WIDEST. It is found to 0.1 %: the
-    # report has three digits.
+    # The ratio lies between exp(0.001), which is one speed for any experiment, and _WIDEST. `xtol` is that of its
+    # logarithm, so the ratio is found to 0.1 %: the report has three digits.
     bottom, top = 1e-3, math.log(_WIDEST)
     if excess(top) < 0:
         return None

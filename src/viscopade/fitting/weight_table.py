@@ -29,14 +29,15 @@ from viscopade.store import recorded
 LEAST, LARGEST = 9e-4, 6.5
 """Range of kappa in the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
 
-# Numbers of nodes in ln kappa and in arcsin (G/G_s)^(1/2): with splines of degree 5, eps and the duration are then
-# within 1e-8 of `Contact.collide` (tests/fitting/test_weight_table.py). Fewer show as a larger error in this test.
+# Numbers of nodes in ln kappa and in arcsin (G/G_s)^(1/2), and the degree of the splines, chosen by hand: eps and the
+# duration are then within 1e-8 of `Contact.collide` (tests/fitting/test_weight_table.py). Fewer nodes or a lower degree
+# show as a larger error in this test.
 _NODES = 81, 53
 _DEGREE = 5
-# Order of the Taylor series, and its step over the time scale of the motion. The terms that are left out are about
-# 0.2^17 = 1e-12, far below the 1e-8 of the splines.
+# Order of the Taylor series, and its step over the time scale of the motion, chosen by hand together: the terms that
+# are left out are about 0.2^17 = 1e-12, far below the 1e-8 of the splines.
 _ORDER, _STEP = 16, 0.2
-_HALVINGS = 50  # of a step, to find its event: 2^-50 = 1e-15 of it remain, near round-off
+_HALVINGS = 50  # of an interval in which a zero is sought: 2^-50 = 1e-15 of it remain, near round-off
 _CLOSE = 1e-14  # error of a kappa, relative, and of eps: about 50 units of round-off, so that the search always ends
 
 
@@ -86,13 +87,16 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 
 def duration(kappa: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the scaled time tau_c during which the force acts; for a sphere that stays down, its value at G_s."""
+    """Return the scaled time tau_c during which the force acts; for a sphere that stays down, its value at G_s.
+
+    Times are in units of the contact's time scale (rho/m)^(-2/5) v^(-1/5).
+    """
     place = _place(kappa, load)
     return _table().duration(np.log(place.kappa), place.arcsine)
 
 
 def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the scaled time from first contact until the sphere is back at that height.
+    """Return the scaled time (in the unit of `duration`) from first contact until the sphere is back at that height.
 
     When the force vanishes, the sphere is still lower by x_c = kappa w, and rises at the speed w; at that height its
     speed is eps.
@@ -107,15 +111,18 @@ def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
     """Return the kappa that gives each eps (`target`) at each load; 0 for an eps of 1 or more, and infinite for 0."""
-    # The root lies between a and b. Weight increases the loss, so kappa is at most the one without weight, v*^2 (1 %
-    # more, against its round-off). Below the table 1 - eps^2 = kappa D with D <= 1/LEAST, so kappa >= (1 - eps^2) LEAST
-    # (and half of it). Between, Chandrupatla's method (1997).
-    inside = np.clip(target, 1e-300, 1.0)  # an eps of 0 has no finite v*; the last line gives it infinity
+    # An eps of 0 has no finite v*; the last line gives it infinity. 1e-300 stands for it: any tiny double would do.
+    inside = np.clip(target, 1e-300, 1.0)
+    # The root lies between a and b. Weight increases the loss, so kappa is at most the one without weight, v*^2. In the
+    # table kappa >= LEAST; below it 1 - eps^2 = kappa D, where D is that at LEAST, and so at most 1/LEAST, because
+    # kappa D <= 1. So kappa >= (1 - eps^2) LEAST. Half of it, and 1 % more than v*^2, are margins against round-off, by
+    # hand: wider ones only cost rounds. Between, Chandrupatla's method (1997).
     a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
     fa, fb, t = epsilon(a, load) - target, epsilon(b, load) - target, np.full_like(b, 0.5)  # t: first a bisection
-    # 15 rounds are enough in the range of the table (measured); 50 would be enough for bisection alone.
+    # 15 rounds are enough in the range of the table (measured); _HALVINGS, 50, would be enough for bisection alone.
     for _ in range(_HALVINGS):
-        # A new point between a and b; the root then lies between the new a and b, and c is the point given up.
+        # A new point x between a and b: it is the next a, and the b is the old a or b on the other side of the root; c
+        # is the one given up. A body whose search has ended has t = 0, so that x = a.
         x = a + t * (b - a)
         fx = epsilon(x, load) - target
         same_sign = (fx > 0) == (fa > 0)
@@ -123,7 +130,8 @@ def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
         b, fb = np.where(same_sign, (b, fb), (a, fa))
         a, fa = x, fx
         with np.errstate(all="ignore"):
-            # The relative tolerance of a, as a share of the interval; 1/2 if the interval is as small.
+            # The relative tolerance of a, as a share of the interval: the next point is at least so far from both ends.
+            # 1/2, the largest share that two sides allow, if the interval is as small.
             t_tolerance = np.fmin(_CLOSE * a / np.abs(b - a), 0.5)
             xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
             # Inverse quadratic interpolation through a, b and c gives this t. It is monotone between a and b, so that
@@ -180,16 +188,18 @@ def collisions_at_nodes() -> Nodes:
     """Compute the collisions at the nodes: first the load G_s that just keeps a sphere down, then lesser loads."""
     # At G_s the sphere rebounds at w = 2 G kappa and comes to rest at x = 0: there w^2 = 2 G x_c with x_c = kappa w.
     # The motion backward from this end, p = x_c^(1/2) = kappa (2 G)^(1/2), gives the speed at first contact, which
-    # scales kappa and G. So any guess of the load will do; with this formula the speed is 0.6 to 1 (measured), and the
-    # nodes are nearly where kappa was taken. The factor 1.2 keeps the last one above LARGEST after scaling: it is 7.01.
+    # scales kappa and G. So any guess of the load will do; with this formula, fitted by hand, the speed is 0.6 to 1
+    # (measured), and the nodes are nearly where kappa was taken. The factor 1.2 keeps the last one above LARGEST after
+    # scaling: it is 7.01.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
-    # Backward to p = 0. Scaled to a speed 1 at first contact, kappa changes by v^(1/5) and G by v^(-6/5).
+    # Backward to p = 0, where x = 0. Scaled to a speed 1 at first contact, kappa changes by v^(1/5) and G by v^(-6/5).
     speed = _motion(start, kappa, load, -1, lambda p, v, k: p).v
     kappa, sticking = kappa * speed**0.2, load * speed**-1.2
 
-    # From first contact (p = 0, v = 1) at each kappa and load, to the instant at which the force vanishes.
+    # From first contact (p = 0, v = 1) at each kappa and load, to the instant at which the force vanishes: p^2 + kappa
+    # v = 0, or p = 0 without damping.
     shares = np.sin(_places()) ** 2  # G/G_s
     k, g = (values.ravel() for values in np.broadcast_arrays(kappa[:, None], sticking[:, None] * shares))
     start = np.array([0 * k, 0 * k + 1, 0 * k, 0 * k])
@@ -221,7 +231,9 @@ def _motion(
     `state` has the rows p, v, t and L at the start; `load` is G, and `direction` 1 forward or -1 backward in time.
     """
     event_state = np.empty_like(state)
-    # The force, the load and the damping each give a rate of the motion; the step is a share of the shortest time.
+    # Near p = 0 the load gives p'' = 2 G p, so the time (2 G)^(-1/2); 1 for the force and kappa for the damping were
+    # added by hand. The step is a share of this time; if it were too long, the test against `Contact.collide` would
+    # fail.
     step, moving = direction * _STEP / np.sqrt(1 + 2 * load + kappa), np.arange(len(kappa))
     while len(moving):
         # A step of all bodies whose event has not occurred yet.
