@@ -33,6 +33,7 @@ STYLE: Mapping[str, Any] = {
     "axes.labelsize": 8.5,
     "axes.linewidth": 0.6,
     "axes.titlesize": 8,
+    "axes.titlepad": 3,
     "legend.fontsize": 6,
     "figure.titlesize": 8.5,
     "xtick.labelsize": 7,
@@ -75,7 +76,8 @@ POINT = Look(BLACK, width=0, marker="o")
 POINT_SIZE = 2.4  # points of diameter; by eye
 
 
-V_STAR = r"$v_\ast$"
+# An ASCII asterisk: Matplotlib sets it beside the foot of v. Its \ast stands below the line, with a gap.
+V_STAR = "$v_*$"
 EPSILON = r"$\varepsilon$"
 
 
@@ -98,12 +100,16 @@ def metadata(title: str, command: str, kind: str) -> dict[str, str | None]:
 def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
     """Return a figure of one column's width, `height` inches high, with axes one below the other.
 
-    `ratios` are those of the heights of the axes.
+    `ratios` are those of the heights of the axes. Several axes have the letters (a), (b), … that captions name.
     """
     from matplotlib.figure import Figure as Sheet
 
     sheet = Sheet(figsize=(WIDTH, height))
-    return sheet, list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
+    panels = list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
+    if len(panels) > 1:
+        for letter, axes in zip("abcdef", panels, strict=False):  # no figure has more than six panels
+            axes.set_title(f"({letter})", loc="left")
+    return sheet, panels
 
 
 def label_axes(

@@ -364,7 +364,7 @@ def _pade_at_large_v_star() -> Sheet:
     sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
     # eps falls from 1 to 2.8e-7 at v* = 100. Times v*^(10/3) it tends to 1.31; [0/3] ~ v*^-2 leaves that frame upwards.
     label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
-    label_axes(scaled, V_STAR, EPSILON + r" $v_\ast^{10/3}$", (0.1, 100), (1e-3, 30), "xy")
+    label_axes(scaled, V_STAR, EPSILON + " $v_*^{10/3}$", (0.1, 100), (1e-3, 30), "xy")
     zero = _positive_root((2, 5), "zero")
     v_star = _with_approach(LOGARITHMIC, zero)
     large = LOGARITHMIC[LOGARITHMIC >= 1]  # power laws below v* = 1 would exceed eps = 1
@@ -381,8 +381,8 @@ def _pade_at_large_v_star() -> Sheet:
     # The zero of [2/5] is a mark on the lower frame.
     _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", label="zero of [2/5]", on_frame=True)
     # The other curves lie too close together for labels: the legend has them in the order of their right ends.
-    key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
-    key |= {"limit-power": r"$(3/2)^{2/3}\,v_\ast^{-10/3}$", "exact": "exact"}
+    key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": "$v_*^{-3.2}$"}
+    key |= {"limit-power": r"$(3/2)^{2/3}\,v_*^{-10/3}$", "exact": "exact"}
     lines, names = [*(curves[name] for name in key), axes.lines[-1]], [*key.values(), "zero of [2/5]"]
     axes.legend(lines, names, loc="lower left", handlelength=3.6, frameon=False)  # 3.6 letters: room for all dashes
     return sheet
@@ -402,7 +402,7 @@ def _local_exponent() -> Sheet:
             draw_curve(plane, name, LOGARITHMIC, _pade_slope(degrees, LOGARITHMIC), beside, gid=name + suffix)
         for name, exponent in (("limit-power", LIMIT_EXPONENT), ("paper-power", PAPER_EXPONENT)):
             draw_curve(plane, name, np.array([0.1, 100]), np.full(2, exponent), gid=name + suffix)  # horizontal lines
-    y_label = r"$\mathrm{d}\,\ln\varepsilon\,/\,\mathrm{d}\,\ln v_\ast$"
+    y_label = r"$\mathrm{d}\,\ln\varepsilon\,/\,\mathrm{d}\,\ln v_*$"
     # From above 0, the exponent at v* = 0, to below the limit -10/3; the inset from above -3 to below -10/3, v* from
     # where the exponent is in that range.
     label_axes(axes, V_STAR, y_label, (0.1, 100), (-3.6, 0.05), "x")
@@ -499,7 +499,7 @@ def _poles_and_zeros() -> Sheet:
     plane.plot(circle.real, circle.imag, color=BLACK, linewidth=0.7, dashes=DASHED, gid="circle", label=label)
     _mark(plane, "singularity", end.real, end.imag, VERMILION, "singularity")
     # The part of the plane that has 360 of the 404 roots with Im v* >= 0; -0.12 leaves room for marks on the real axis.
-    label_axes(plane, r"Re $v_\ast$", r"Im $v_\ast$", (-2.5, 1.5), (-0.12, 2.4), "")
+    label_axes(plane, "Re $v_*$", "Im $v_*$", (-2.5, 1.5), (-0.12, 2.4), "")
     plane.set_aspect("equal")
     # A colour for each whole m, from m - 0.5 to m + 0.5; every fifth has a number. The bar is 40 times as long as wide.
     scale = ScalarMappable(Normalize(-0.5, MAX_M + 0.5), colors)

@@ -193,7 +193,7 @@ def make_finding(resolved: Mapping[tuple[str, str], Sequence[Difference]], exces
                 label = f"after {n} term{'s' * (n > 1)}" if end == NEAR else None
                 axes.plot(*zip(*points, strict=True), color=color, marker=mark, markersize=4, label=label)
         axes.set(
-            title=r"$1 - \varepsilon$ for $v_\ast \to 0$, $\varepsilon$ for $v_\ast \to \infty$",
+            title=r"$1 - \varepsilon$ for $v_* \to 0$, $\varepsilon$ for $v_* \to \infty$",
             xlabel=rf"$\log_{{10}}$ {V_STAR}",
             ylabel=r"$\log_{10}$ of the relative difference",
         )

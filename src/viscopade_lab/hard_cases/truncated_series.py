@@ -172,7 +172,7 @@ def make_finding(series_h: Coefficients, failures: FloatArray) -> Finding:
         """Draw the failures and their bounds over the order k, with the radius of convergence as a line."""
         axes = figure.subplots()
         k = np.arange(order + 1)
-        axes.plot(k, failures, "o", color=BLUE, markersize=3, label=r"$v_\ast$ from which $S_k$ is off by $10^{-3}$")
+        axes.plot(k, failures, "o", color=BLUE, markersize=3, label="$v_*$ from which $S_k$ is off by $10^{-3}$")
         axes.plot(
             k,
             np.where(np.isfinite(limits), limits, np.nan),
