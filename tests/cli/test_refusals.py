@@ -139,6 +139,8 @@ BAD = [
     (f"fit data.csv --plot x.svg --scene x.svg {BALL}", "--scene, --plot and --empirical name one file twice"),
     ("fit data.csv --gravity 3", "columns speed and epsilon need no flight: expected no gravity"),
     ("fit data.csv --plot x.bmp", "expected a name that ends in .svg, .png or .pdf"),
+    ("fit data.csv --font-size 9", "--font-size is given: expected --plot with it"),
+    ("fit data.csv --plot x.svg --size 1 9", "size is 1 m, 9 m: expected width and height"),
     ("fit data.csv --scene x.toml", "the sphere also needs --radius, --density (or --mass), --poisson-ratio"),
     ("fit data.csv --radius '1 cm'", "the sphere also needs --density"),
     ("fit data.csv --mass '1 g'", "--mass is given: expected one --radius with it, and no --density"),

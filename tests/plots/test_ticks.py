@@ -64,3 +64,28 @@ def test_a_page_has_its_title_size_and_letters():
     assert "<dc:title>Spheres</dc:title>" in text
     assert figure.get_size_inches().tolist() == [5, 4]
     assert figure.axes[0].xaxis.label.get_size() == 2 * sheet.STYLE["axes.labelsize"]
+
+
+@pytest.mark.parametrize("font_size", [7.5, 9, 12])
+def test_a_legend_is_no_wider_than_its_page(font_size):
+    drawn = []
+
+    def draw():
+        drawn.append(fit(np.geomspace(0.1, 1, 6)))
+        return drawn[0]
+
+    sheet.picture(draw, "", "viscopade fit", "svg", sheet.Page(size=(3.4, 5), font_size=font_size))
+    (figure,) = drawn
+    assert all(
+        0 <= legend.get_window_extent().x0 < legend.get_window_extent().x1 <= figure.bbox.x1
+        for legend in figure.legends
+    )
+
+
+def test_the_picture_of_a_fit_has_beta_with_its_error():
+    speed = np.geomspace(0.1, 1, 6)
+    found = vp.fit(vp.Points.measured(speed, vp.restitution(speed, 0.1), sigma_epsilon=0.01))
+    with sheet.style_context():
+        title = fit_picture.draw_fit(found).axes[0].get_title(loc="left")
+    assert title.startswith("(a)")
+    assert "0.1000 ± 0.0049" in title

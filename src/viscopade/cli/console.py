@@ -31,6 +31,7 @@ Both are chosen by hand: a second holds enough steps to measure their speed, and
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
+    from viscopade.plots.sheet import Page
     from viscopade.progress import Cost
     from viscopade.theory.law import Law
 
@@ -350,6 +351,28 @@ ADHESION = click.option(
     metavar="QUANTITY",
     help="Work of adhesion of the material's surfaces, twice its surface energy, in J/m^2.",
 )
+
+
+class _Length(Quantity):
+    """Type of an option that takes two lengths: what begins with a minus is the next option."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return a length in m from a typed `value`; Click also passes the option `param` and the command `ctx`."""
+        if str(value).startswith("-"):
+            raise click.UsageError("--size needs two lengths, such as '8.6 cm' '6 cm'")
+        return super().convert(value, param, ctx)
+
+
+TITLE = click.option("--title", help="Title above the picture.")
+SIZE = with_options(
+    click.option(
+        "--size", type=_Length("length"), nargs=2, help="Width and height of a picture, such as '8.6 cm' '6 cm'."
+    ),
+    # 7.5 points are `font.size` of all our pictures (`viscopade.plots.sheet.STYLE`).
+    click.option("--font-size", type=Real(), help="Font size of a picture in points.  [default: 7.5]"),
+)
+"""Options that fit a picture to a page, --size and --font-size; `page_of` takes their values."""
+
 EFFECTIVE_MASS = click.option("--mass", type=Quantity("mass", " > 0"), help="Effective mass, m1 m2/(m1 + m2).")
 
 MATERIAL = {
@@ -459,6 +482,28 @@ def picture_kind(option: str, file: Path) -> str:
     if kind not in PICTURES:
         raise click.UsageError(f"{option} is {file}: expected a name that ends in .svg, .png or .pdf")
     return kind
+
+
+def page_of(title: str | None, size: tuple[float, float] | None, font_size: float | None) -> Page:
+    """Return the page of a picture, from the typed options --title, --size (width and height in m) and --font-size.
+
+    None stands for an option that is not typed: no title, the drawing's own size, letters of 7.5 points.
+
+    Raises
+    ------
+    ValueError
+        If width or height is not from 2 cm to 2 m, or the font size not from 3 to 72 points.
+    """
+    from viscopade.plots import sheet
+
+    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
+    if size is not None and not 0.02 <= min(size) <= max(size) <= 2:
+        raise ValueError(f"size is {size[0]:g} m, {size[1]:g} m: expected width and height from 2 cm to 2 m")
+    # 3 points can just be read, and 72 points are an inch (chosen by hand).
+    if font_size is not None and not 3 <= font_size <= 72:
+        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
+    inches = None if size is None else (float(size[0]) / 0.0254, float(size[1]) / 0.0254)  # an inch is 0.0254 m
+    return sheet.Page(title, inches, sheet.STYLE["font.size"] if font_size is None else float(font_size))
 
 
 def show(

@@ -20,13 +20,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from viscopade.cli.console import (
+    SIZE,
     STYLE,
+    TITLE,
     FilePath,
     Quantity,
     Real,
     command_line,
     examples,
     material,
+    page_of,
     pair_of,
     picture_kind,
     say,
@@ -154,6 +157,8 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     help="Write a scene with the fitted material to this file.",
 )
 @click.option("--plot", "picture", type=FilePath(), help="Draw the fit into this file: .svg, .png or .pdf.")
+@TITLE
+@SIZE
 @click.option(
     "--empirical",
     "code",
@@ -173,6 +178,9 @@ def fit(
     robust: bool,
     scene_file: Path | None,
     picture: Path | None,
+    title: str | None,
+    size: tuple[float, float] | None,
+    font_size: float | None,
     code: Path | None,
     form: Form,
     style: str,
@@ -206,6 +214,10 @@ def fit(
     require("fit", *(package for package, is_needed in packages.items() if is_needed))
     if picture is not None:
         picture_kind("--plot", picture)
+    elif (title, size, font_size) != (None, None, None):
+        option = "--title" if title is not None else "--size" if size is not None else "--font-size"
+        raise click.UsageError(f"{option} is given: expected --plot with it")
+    page = page_of(title, size, font_size)
     targets = [path for path in (scene_file, picture, code) if path is not None]
     if len({*targets}) < len(targets):
         raise click.UsageError("--scene, --plot and --empirical name one file twice: expected one for each")
@@ -231,7 +243,7 @@ def fit(
 
         kind = picture_kind("--plot", picture)
         draw = partial(fit_picture.draw_fit, damping_fit)
-        written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind)
+        written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind, page)
     if code is not None and language is not None:
         from viscopade.fitting import empirical
 

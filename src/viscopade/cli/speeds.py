@@ -19,7 +19,9 @@ from viscopade.cli.console import (
     ADHESION,
     GRAVITY,
     NO_FALL,
+    SIZE,
     STYLE,
+    TITLE,
     Degrees,
     FilePath,
     Quantity,
@@ -29,6 +31,7 @@ from viscopade.cli.console import (
     examples,
     limits_of,
     material,
+    page_of,
     pair_with,
     picture_kind,
     say,
@@ -45,22 +48,11 @@ if TYPE_CHECKING:
 
 _FIGURES = 6  # of a number in a table; chosen by hand, and JSON has all
 _MOST_ROWS = 10_000  # chosen by hand: more than anybody reads, and few enough for the memory
-_INCH, _LETTERS = 0.0254, 7.5  # m; points, the size of letters in all our pictures (`viscopade.plots.sheet.STYLE`)
 _DRAWN = 160  # points of a curve; chosen by hand: four decades of speeds look smooth
 # A point with weight or adhesion is an integration of about 20 ms, and a curve has fewer of them: 64 take 1.3 s. A
 # table of such points may take up to 2 s a curve. Both are chosen by hand.
 _DRAWN_WITH_WEIGHT = 64
 _MOST_WITH_WEIGHT = 100
-
-
-class _Length(Quantity):
-    """Type of an option that takes two lengths: what begins with a minus is the next option."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return a length in m from a typed `value`; Click also passes the option `param` and the command `ctx`."""
-        if str(value).startswith("-"):
-            raise click.UsageError("--size needs two lengths, such as '8.6 cm' '6 cm'")
-        return super().convert(value, param, ctx)
 
 
 _CURVES = (
@@ -83,9 +75,8 @@ _CURVES = (
 @click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
 @with_options(*_CURVES)
 @click.option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
-@click.option("--title", help="Title above the picture.")
-@click.option("--size", type=_Length("length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
-@click.option("--font-size", type=Real(), help="Font size in points.  [default: 7.5]")
+@TITLE
+@SIZE
 @click.option("-o", "--output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
 def plot(
     file: Path | None,
@@ -118,7 +109,7 @@ def plot(
     from viscopade.plots import sheet, speeds
 
     # The curves, and measured points (speed, eps) to draw over them.
-    page = sheet.Page(title, _inches(size), _points(font_size))
+    page = page_of(title, size, font_size)
     curves, ends, pair, over_v_star = _curves(file, **options)
     if over_v_star and data is not None:
         raise click.UsageError("--data needs spheres: expected a scene, a material, --beta, or --epsilon with --speed")
@@ -138,24 +129,6 @@ def plot(
     say(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"], options["adhesion"]):
         say(f"Warning: {text}.")
-
-
-def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Return width and height in inches, from `size` in m: each from 2 cm to 2 m."""
-    if size is None:
-        return None
-    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
-    width, height = map(float, size)
-    if not 0.02 <= min(width, height) <= max(width, height) <= 2:
-        raise ValueError(f"size is {width:g} m, {height:g} m: expected width and height from 2 cm to 2 m")
-    return width / _INCH, height / _INCH
-
-
-def _points(font_size: float | None) -> float:
-    """Return the font size in points; from 3, which can just be read, to 72, an inch (chosen by hand)."""
-    if font_size is not None and not 3 <= font_size <= 72:
-        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
-    return _LETTERS if font_size is None else font_size
 
 
 @click.command("table", epilog=examples("viscopade table --from 0.1 --to 10"))

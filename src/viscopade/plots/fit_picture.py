@@ -8,6 +8,7 @@ import numpy as np
 
 from viscopade.fitting.damping import DampingFit
 from viscopade.plots.sheet import (
+    BAND_OPACITY,
     BLACK,
     BLUE,
     DASH_DOT,
@@ -28,6 +29,7 @@ from viscopade.plots.sheet import (
     new_sheet,
     plain_ticks,
 )
+from viscopade.quantity import uncertain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
@@ -77,10 +79,10 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
     top.tick_params(labelbottom=False)
     for axes in (top, bottom):
         plain_ticks(axes)
-    # The viscoelastic law with its band, then the other laws.
-    names = [(f"viscoelastic, {100 * _LEVEL:.0f} % band", Look(BLUE))]
+    # The viscoelastic law with its confidence band, then the other laws.
+    names = [(f"viscoelastic, {100 * _LEVEL:.0f} % confidence", Look(BLUE, band=True))]
     above, below = (damping_fit.main.epsilon(speed, np.array([end])) for end in damping_fit.main.interval(_LEVEL))
-    top.fill_between(speed, below, above, color=BLUE, alpha=0.25, linewidth=0, gid="band")
+    top.fill_between(speed, below, above, color=BLUE, alpha=BAND_OPACITY, linewidth=0, gid="band")
     draw_look(top, Look(BLUE), speed, damping_fit.main.epsilon(speed), "viscoelastic")
     for fit, look in zip(damping_fit.laws[1:], _LOOKS, strict=False):
         name = f"{fit.model.name}, p = {fit.exponent:.2g}" if fit.model.exponent is None else fit.model.name
@@ -91,8 +93,10 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
     marks: Any = {"color": POINT.color, "markersize": POINT_SIZE, "elinewidth": 0.6, "ecolor": _BARS, "zorder": 1}
     top.errorbar(points.speed[some], points.epsilon[some], errors[some], fmt="o", **marks)
     names.append(("measured, standard error", POINT))
-    # The line of no residual is broad and pale, 3.4 points, so that points on it stay visible.
-    bottom.axhline(0, color=GREY, linewidth=3.4)
+    # Residuals of a law that holds lie within one standard error for 68 of 100 points: a pale band, with 0 as a line.
+    bottom.axhspan(-1, 1, color=GREY, alpha=0.5, linewidth=0, gid="one-standard-error")
+    bottom.axhline(0, color=BLACK, linewidth=0.6)
+    names.append(("within one standard error", Look(GREY, width=5)))  # points: a stripe in the legend
     # Residuals beyond the axis, -4.5 to 4.5, are drawn just within it.
     off = damping_fit.main.residuals / damping_fit.main.standard_errors
     bottom.plot(
@@ -103,7 +107,10 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
         markersize=POINT_SIZE,
         gid="residuals",
     )
-    # Two columns of the legend fit into the width. The verdict has the size of all letters, 7.5 points.
+    # Two columns of the legend fit into the width.
     key_of(sheet, names, "outside lower center", 2)
-    top.set_title(f"viscoelastic law: {damping_fit.verdict.word}", fontsize=7.5, loc="left")
+    # beta with its standard error, such as "0.8730 +- 0.0040", stands beside the letter of the upper part.
+    beta = uncertain(damping_fit.beta, damping_fit.beta_standard_error).replace("+-", "±")
+    unit = r"$(\mathrm{s/m})^{1/5}$"
+    top.set_title(rf"(a)  $\beta$ = {beta} {unit}" + f"\nviscoelastic law: {damping_fit.verdict.word}", loc="left")
     return sheet

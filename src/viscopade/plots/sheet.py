@@ -62,7 +62,8 @@ SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
 class Look:
     """Style of a curve or a point, and the colour of its name; without dashes the line is solid.
 
-    The width of the line is in points, and `dashes` has lengths of dashes and gaps in turn, in points.
+    The width of the line is in points, and `dashes` has lengths of dashes and gaps in turn, in points. A legend shows
+    a `band` of the colour behind the line.
     """
 
     color: str
@@ -70,10 +71,12 @@ class Look:
     width: float = 1.3
     text: str = BLACK
     marker: str = ""
+    band: bool = False
 
 
 POINT = Look(BLACK, width=0, marker="o")
 POINT_SIZE = 2.4  # points of diameter; by eye
+BAND_OPACITY = 0.25  # of a band behind a curve: three that overlap leave each other visible; by eye
 
 
 # An ASCII asterisk: Matplotlib sets it beside the foot of v. Its \ast stands below the line, with a gap.
@@ -101,10 +104,13 @@ def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, lis
     """Return a figure of one column's width, `height` inches high, with axes one below the other.
 
     `ratios` are those of the heights of the axes. Several axes have the letters (a), (b), … that captions name.
+    The size of a user's page (`style_context`) replaces that of the figure.
     """
+    from matplotlib import rcParams
     from matplotlib.figure import Figure as Sheet
 
-    sheet = Sheet(figsize=(WIDTH, height))
+    page_width, page_height = rcParams["figure.figsize"]
+    sheet = Sheet(figsize=(page_width, page_height or height))
     panels = list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
     if len(panels) > 1:
         for letter, axes in zip("abcdef", panels, strict=False):  # no figure has more than six panels
@@ -161,7 +167,9 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
 
     `place` is a place that Matplotlib knows, and `columns` the number of columns.
     """
+    from matplotlib.legend_handler import HandlerTuple
     from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
     # Lines of no length, which only lend their looks: 2.6 letters long, so that two periods of most dashes show.
     lines = [
@@ -175,17 +183,20 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
         )
         for _, look in names
     ]
+    # A tuple of a band and a line, drawn over each other (ndivide 1).
+    handles: list[Any] = [
+        (Patch(facecolor=look.color, alpha=BAND_OPACITY, linewidth=0), line) if look.band else line
+        for line, (_, look) in zip(lines, names, strict=True)
+    ]
     looks: Any = {"handlelength": 2.6, "frameon": False, "columnspacing": 1}
-    where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
-
-
-def style_context(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
-    """Return a context with Matplotlib's settings for all pictures, and a font size in points."""
-    from matplotlib import style
-
-    scale = font_size / STYLE["font.size"]
-    sizes = {name: scale * value for name, value in STYLE.items() if name.endswith(("size", "font.size"))}
-    return style.context(["default", dict(STYLE) | sizes])
+    looks["handler_map"] = {tuple: HandlerTuple(ndivide=1)}
+    legend = where.legend(handles, [text for text, _ in names], loc=place, ncols=columns, **looks)
+    # One that is wider than the figure, as with large letters, is drawn again in one column.
+    sheet = where.get_figure(root=True)
+    assert sheet is not None
+    if columns > 1 and legend.get_window_extent().width > sheet.bbox.width:
+        legend.remove()
+        where.legend(handles, [text for text, _ in names], loc=place, ncols=1, **looks)
 
 
 @dataclass(frozen=True)
@@ -195,6 +206,17 @@ class Page:
     title: str | None = None
     size: tuple[float, float] | None = None
     font_size: float = STYLE["font.size"]
+
+
+def style_context(page: Page | None = None) -> AbstractContextManager[None]:
+    """Return a context with Matplotlib's settings for all pictures, with the size and the letters of a user's page."""
+    from matplotlib import style
+
+    # A page without a size has one column's width, and the height 0, for which `new_sheet` has the drawing's own.
+    page = page or Page()
+    scale = page.font_size / STYLE["font.size"]
+    sizes = {name: scale * value for name, value in STYLE.items() if name.endswith("size")}
+    return style.context(["default", {**STYLE, **sizes, "figure.figsize": page.size or (WIDTH, 0)}])
 
 
 def file_content(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
@@ -222,12 +244,9 @@ def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str, page
     ModuleNotFoundError
         Without Matplotlib.
     """
-    # The size and the title of a user's page replace those of the drawing.
     page = page or Page()
-    with style_context(page.font_size):
+    with style_context(page):
         sheet = draw()
-        if page.size is not None:
-            sheet.set_size_inches(page.size)
         if page.title is not None:
             sheet.suptitle(page.title)
         return file_content(sheet, page.title or title, command, kind)
