@@ -66,6 +66,26 @@ def test_a_page_has_its_title_size_and_letters():
     assert figure.axes[0].xaxis.label.get_size() == 2 * sheet.STYLE["axes.labelsize"]
 
 
+def drawn_with(*others):
+    with sheet.style_context():
+        figure = speeds.draw_speeds([speeds.viscoelastic("spheres", 0.1), *others], np.geomspace(1, 10, 6), linear=True)
+    return figure.axes[0].lines
+
+
+def test_the_main_curve_is_pale_beside_its_approximants_only():
+    assert drawn_with(speeds.approximant(1, 4, 0.1))[0].get_color() == sheet.GREY
+    assert drawn_with(speeds.approximant(1, 4, 0.1), speeds.of_law("tsuji", 0.8, 1))[0].get_color() == sheet.BLACK
+
+
+def test_laws_have_their_names_and_the_axis_of_speeds_may_be_linear():
+    assert [speeds.of_law(law, 0.8, 1).name for law in ("tsuji", "kelvin-voigt:1", "1,1")] == [
+        "tsuji",
+        "kelvin-voigt:1",
+        "law 1,1",
+    ]
+    assert drawn_with()[0].axes.get_xscale() == "linear"
+
+
 @pytest.mark.parametrize("font_size", [7.5, 9, 12])
 def test_a_legend_is_no_wider_than_its_page(font_size):
     drawn = []

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 _FIGURES = 6  # of a number in a table; chosen by hand, and JSON has all
 _MOST_ROWS = 10_000  # chosen by hand: more than anybody reads, and few enough for the memory
-_DRAWN = 160  # points of a curve; chosen by hand: four decades of speeds look smooth
+_DRAWN = 200  # points of a curve: 70 to an inch of the axis, closer than a line is wide (1.3 points, 55 to an inch)
 # A point with weight or adhesion is an integration of about 20 ms, and a curve has fewer of them: 64 take 1.3 s. A
 # table of such points may take up to 2 s a curve. Both are chosen by hand.
 _DRAWN_WITH_WEIGHT = 64
@@ -75,12 +75,20 @@ _CURVES = (
 @click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
 @with_options(*_CURVES)
 @click.option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
+@click.option(
+    "--speed-axis",
+    type=click.Choice(["logarithmic", "linear"]),
+    default="logarithmic",
+    show_default=True,
+    help="Scale of the axis of speeds, or of v*.",
+)
 @TITLE
 @SIZE
 @click.option("-o", "--output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
 def plot(
     file: Path | None,
     data: Path | None,
+    speed_axis: str,
     title: str | None,
     size: tuple[float, float] | None,
     font_size: float | None,
@@ -120,11 +128,15 @@ def plot(
 
         points = read.recording([(files.content(data, "CSV or a spreadsheet"), str(data))]).points
 
-    # Draw them over v*, or over the impact speed, at points with equal ratios. Then warn where the model's limits are
+    # Draw them over v*, or over the impact speed, at points with equal ratios; on a linear axis half of them have equal
+    # differences, and the others show how steeply eps falls at low speeds. Then warn where the model's limits are
     # exceeded at the highest speed.
     label = {"over": sheet.V_STAR} if over_v_star else {}
     number = _DRAWN if options["gravity"] is options["adhesion"] is None else _DRAWN_WITH_WEIGHT
-    draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **label)
+    linear = speed_axis == "linear"
+    ratios, half = np.geomspace(*ends, number), number // 2
+    drawn_speeds = np.union1d(np.geomspace(*ends, half), np.linspace(*ends, half)) if linear else ratios
+    draw = partial(speeds.draw_speeds, curves, drawn_speeds, points, linear=linear, **label)
     write_all({output: sheet.picture(draw, "eps against the impact speed", command_line(), kind, page)})
     say(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"], options["adhesion"]):

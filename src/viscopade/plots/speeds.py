@@ -56,8 +56,10 @@ _DIGITS = 15  # of the contact time: those of a double
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
 _DASHES = ((), DASHED, DASH_DOT, DOTTED)
-FIRST = Look(GREY, width=3.4)
-"""Style of the first of several curves: broad and pale, so that a curve that coincides with it stays visible."""
+BESIDE_APPROXIMANTS = Look(GREY, width=3.4)
+"""Style of the first curve beside its approximants only: broad and pale, so that those on top of it stay visible."""
+BESIDE_OTHERS = Look(BLACK, width=2.2)
+"""Style of the first curve beside other laws and programs: the main curve is the darkest, and broader than theirs."""
 
 Restitution = Callable[[FloatArray], FloatArray]
 
@@ -88,10 +90,13 @@ class SpeedCurve:
     name : str
     epsilon : callable
         Takes and returns an array.
+    approximates_first : bool
+        Whether it is an approximant of the first curve of a picture, and may coincide with it.
     """
 
     name: str
     epsilon: Restitution
+    approximates_first: bool = False
 
 
 def viscoelastic(name: str, beta: float, weight: Weight | None = None) -> SpeedCurve:
@@ -112,15 +117,19 @@ def adhesive_spheres(name: str, pair: Pair, work: float, gravity: float) -> Spee
 
 
 def of_law(law: Law | str, epsilon: float, speed: float, weight: Weight | None = None) -> SpeedCurve:
-    """Return the curve of a law of contact that has, without weight, `epsilon` at a speed in m/s."""
+    """Return the curve of a law of contact that has, without weight, `epsilon` at a speed in m/s.
+
+    Its name is that of the law, such as "linear"; exponents such as "3/2,1/4" are "law 3/2,1/4".
+    """
     # kappa at this speed gives eps there; at other speeds kappa grows as v^(2 c), where 2 c = 2/nu - 1 and, for the
     # exponents a and b of the law, nu = (a + 1)/(b + 1).
     contact = law_of(law)
     functions, power = curve(contact), float(2 * contact.c)
     kappa = float(functions.kappa_from(epsilon))
+    name = f"law {law}" if "," in str(law) else str(law)
     if weight is not None:
-        return SpeedCurve(f"law {law}", weight.epsilon(contact, kappa))
-    return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
+        return SpeedCurve(name, weight.epsilon(contact, kappa))
+    return SpeedCurve(name, lambda v: functions.epsilon(kappa * (v / speed) ** power))
 
 
 def over_v_star() -> SpeedCurve:
@@ -132,7 +141,11 @@ def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:
     """Return the curve of the approximant [m/n] of viscoelastic spheres; over v* if beta is None."""
     # v* = beta^(1/2) v^(1/10)
     quotient = pade(m, n, PADE_DIGITS)
-    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(quotient(v if beta is None else np.sqrt(beta) * v**0.1)))
+    return SpeedCurve(
+        f"[{m}/{n}]",
+        lambda v: np.asarray(quotient(v if beta is None else np.sqrt(beta) * v**0.1)),
+        approximates_first=True,
+    )
 
 
 def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = None) -> list[SpeedCurve]:
@@ -174,11 +187,17 @@ def beta_of(epsilon: float, speed: float) -> float:
 
 
 def draw_speeds(
-    curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points | None = None, *, over: str = "impact speed in m/s"
+    curves: Sequence[SpeedCurve],
+    speeds: FloatArray,
+    data: Points | None = None,
+    *,
+    over: str = "impact speed in m/s",
+    linear: bool = False,
 ) -> Sheet:
     """Draw curves, and measured points if there are any; `over` is the label of the horizontal axis.
 
-    `speeds` are those at which curves are computed, ascending, in m/s or v*; `data` has measured speeds and eps.
+    `speeds` are those at which curves are computed, ascending, in m/s or v*; `data` has measured speeds and eps. The
+    axis of speeds is logarithmic unless it is to be `linear`.
     """
     # 2.6 inches (by eye), and 0.13 for each curve's line in the legend, whose letters have 6 points (0.083 inches).
     sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
@@ -195,15 +214,17 @@ def draw_speeds(
         EPSILON,
         (speeds[0], speeds[-1]),
         (max(low - margin, 0), min(high + margin, 1.02)),
-        "x",
+        "" if linear else "x",
     )
-    plain_ticks(axes)
+    if not linear:
+        plain_ticks(axes)
     # 7 colours and 4 kinds of dashes change together, so that no two of the first 28 curves look alike.
     names = []
     for i, (speed_curve, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
         if i == 0 and len(curves) > 1:
-            look = FIRST
+            approximants_only = all(other.approximates_first for other in curves[1:])
+            look = BESIDE_APPROXIMANTS if approximants_only else BESIDE_OTHERS
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
         names.append((speed_curve.name, look))
     if data is not None:
