@@ -14,14 +14,14 @@ from pathlib import Path
 import click
 
 from viscopade import files
-from viscopade.cli.console import STYLE, FilePath, Whole, examples, picture_kind, say, show
+from viscopade.cli.console import STYLE, Command, FilePath, Whole, examples, option, picture_kind, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.extras import require
 from viscopade_lab import figures
 
 
-@click.command(epilog=examples("viscopade claims --only slow-convergence"))
-@click.option("--only", "names", multiple=True, help="Name of a statement; repeatable.  [default: all]")
+@click.command(cls=Command, epilog=examples("viscopade claims --only slow-convergence"))
+@option("--only", "names", multiple=True, help="Name of a statement; repeatable.  [default: all]")
 @STYLE
 def claims(names: tuple[str, ...], style: str) -> None:
     """Check the paper's statements: verdict and evidence.
@@ -52,15 +52,15 @@ def claims(names: tuple[str, ...], style: str) -> None:
     show(style, header, rows, {"claims": findings, "unchecked": unchecked, "verdicts": counts})
 
 
-@click.command("figures", epilog=examples("viscopade figures --only local-exponent --out pictures"))
-@click.option("--out", type=FilePath(), required=True, help="Directory to write the figures to.")
-@click.option(
+@click.command("figures", cls=Command, epilog=examples("viscopade figures --only local-exponent --out pictures"))
+@option("--out", type=FilePath(), required=True, help="Directory to write the figures to.")
+@option(
     "--only", "names", multiple=True, type=click.Choice(figures.NAMES),
     help="Name of a figure; repeatable.  [default: all]",
 )  # fmt: skip
-@click.option(
-    "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
-    help="Format of the figures; repeatable.",
+@option(
+    "--format", "formats", group="Output", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",),
+    show_default=True, help="Format of the figures; repeatable.",
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Draw the paper's figures, and further ones."""
@@ -73,23 +73,26 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     say(f"wrote {', '.join(pictures)} to {out}")
 
 
-@click.command("bench", epilog=examples("viscopade bench --only pow --rounds 2"))
+@click.command("bench", cls=Command, epilog=examples("viscopade bench --only pow --rounds 2"))
 # 10,000 rounds would take days: a larger number is a mistake.
-@click.option("--rounds", type=Whole(1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
-@click.option("--only", multiple=True, help="Kernels and rivals whose id begins so; repeatable.  [default: all]")
-@click.option("--cc", help="C compiler.  [default: CC of the environment, or cc]")
-@click.option(
+@option("--rounds", type=Whole(1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
+@option("--only", multiple=True, help="Kernels and rivals whose id begins so; repeatable.  [default: all]")
+@option("--cc", group="Advanced", help="C compiler.  [default: CC of the environment, or cc]")
+@option(
     "--headers",
+    group="Advanced",
     type=FilePath(),
     help="Directory with the exported headers.  [default: make them]",
 )
-@click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
-@click.option(
+@option(
+    "--quick", group="Advanced", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning."
+)
+@option(
     "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="File of an earlier run's --output to show instead of measuring.",
 )  # fmt: skip
-@click.option("-o", "--output", type=FilePath(), help="CSV file to write the result to.")
-@click.option("--picture", type=FilePath(), help="File for the figure: .svg, .pdf or .png.")
+@option("-o", "--output", group="Output", type=FilePath(), help="CSV file to write the result to.")
+@option("--picture", group="Output", type=FilePath(), help="File for the figure: .svg, .pdf or .png.")
 @STYLE
 def bench_command(
     only: tuple[str, ...], rounds: int | None, quick: bool, cc: str | None, headers: Path | None,
@@ -138,10 +141,10 @@ def bench_command(
         show(style, COLUMNS, cells, {"comments": comments, "rows": [vars(row) for row in rows]})
 
 
-@click.command("hardcases", epilog=examples("viscopade hardcases --only truncated-series"))
-@click.option("--only", "names", multiple=True, help="Name of a case; repeatable.  [default: all]")
-@click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: minutes instead of seconds.")
-@click.option("--out", type=FilePath(), help="Directory to write the page and its pictures to.")
+@click.command("hardcases", cls=Command, epilog=examples("viscopade hardcases --only truncated-series"))
+@option("--only", "names", multiple=True, help="Name of a case; repeatable.  [default: all]")
+@option("--thorough", is_flag=True, help="Run more points, orders and compilers: minutes instead of seconds.")
+@option("--out", type=FilePath(), help="Directory to write the page and its pictures to.")
 @STYLE
 @click.pass_context
 def hardcases_command(

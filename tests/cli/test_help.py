@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 import pytest
 
+from viscopade.cli.console import GROUPS
 from viscopade.cli.main import SECTIONS, command
 from viscopade.generated import MARKER
 
@@ -56,6 +57,34 @@ def test_help_fits_into_80_columns_and_ends_with_an_example(name):
     assert max(len(line) for line in lines if "|" not in line) <= COLUMNS
     assert examples(name)
     assert lines[-1].strip() in " ".join(examples(name)) or lines[-1].strip().startswith("--")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_options_stand_in_groups(name):
+    """Each option stands once, the groups in one order; a command with few options has one group."""
+    one = command.get_command(click.Context(command), name)
+    lines = one.get_help(click.Context(one, info_name=name, help_option_names=["-h", "--help"])).splitlines()
+    lines = lines[lines.index("Options:") :]
+    headings = [line[:-1] for line in lines if line[:-1] in GROUPS]
+    flags = [match[1] for line in lines if (match := re.match(r"  (?:-\w, )?(--[a-z-]+)", line))]
+    options = [max(each.opts, key=len) for each in one.params if isinstance(each, click.Option)]
+    assert sorted(flags) == sorted([*options, "--help"])
+    assert headings == [group for group in GROUPS if group in headings]
+    assert headings[0] == "Options"
+    assert (len(headings) == 1) == (len(flags) <= 8)
+
+
+def test_common_options_come_first():
+    """A first user of `epsilon` needs one of these, or a material."""
+    one = command.get_command(click.Context(command), "epsilon")
+    text = one.get_help(click.Context(one, info_name="epsilon"))
+    assert (
+        text.index("--speed QUANTITY")
+        < text.index("Material:")
+        < text.index("--radius Q")
+        < text.index("--stiffness T")
+    )
+    assert text.index("Advanced:") < text.index("--load NUMBER")
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from click.shell_completion import CompletionItem
 from viscopade.cli.audit_contact import show_contact
 from viscopade.cli.audit_deck import DECKS, show_deck
 from viscopade.cli.audit_formulas import show_formulas
-from viscopade.cli.console import STYLE, OneOf, Quantity, Real, examples
+from viscopade.cli.console import STYLE, Command, OneOf, Quantity, Real, examples, option
 from viscopade.simulators import OTHER_NAMES, SIMULATORS
 from viscopade.theory.law import ENDS
 
@@ -52,21 +52,27 @@ _MEANT = {
 
 
 @click.command(
+    cls=Command,
     epilog=examples(
         "viscopade audit examples/in.hopper --speed 1",
         "viscopade audit mujoco --epsilon 0.5",
         'viscopade audit mujoco --set "solref=-2500 -100" --speed 1 --time-step 0.003',
-    )
+    ),
 )
 @click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS, _MEANT), metavar="[SIMULATOR|FILE]")
 # The five default eps, from weak to strong damping, are a choice.
-@click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
-@click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed or FILE a time.")
-@click.option(
-    "--contact-time", type=Quantity("time", " > 0"), help="Undamped contact time, for a --time-step with a unit."
+@option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
+@option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed or FILE a time.")
+@option(
+    "--contact-time",
+    group="Advanced",
+    type=Quantity("time", " > 0"),
+    help="Undamped contact time, for a --time-step with a unit.",
 )
-@click.option("--step-error", type=Real(), help="Print the largest time step whose eps has this relative error.")
-@click.option(
+@option(
+    "--step-error", group="Advanced", type=Real(), help="Print the largest time step whose eps has this relative error."
+)
+@option(
     "--set",
     "settings",
     multiple=True,
@@ -74,47 +80,62 @@ _MEANT = {
     help="Parameter in your file, or a line of LAMMPS or LIGGGHTS; repeatable. A wrong NAME prints all names and "
     "defaults.",
 )
-@click.option("--force", metavar="FORMULA", help="Force as a function of the compression x and its rate v.")
-@click.option(
+@option(
+    "--force", group="Other laws", metavar="FORMULA", help="Force as a function of the compression x and its rate v."
+)
+@option(
     "--constant",
     "constants",
+    group="Other laws",
     multiple=True,
     metavar="NAME=VALUE",
     help="Constant in --force, with a unit or in SI units; repeatable.",
 )
-@click.option("--vary", metavar="NAME", help="Constant in --force that is the damping, which --epsilon finds.")
-@click.option(
-    "--speed", metavar="QUANTITY", help="Impact speed, for FILE, --set and --force.  [default for FILE: 1 m/s]"
+@option(
+    "--vary", group="Other laws", metavar="NAME", help="Constant in --force that is the damping, which --epsilon finds."
 )
-@click.option("--mass", metavar="QUANTITY", help="Effective mass, m1 m2/(m1 + m2).")
-@click.option(
+@option("--speed", metavar="QUANTITY", help="Impact speed, for FILE, --set and --force.  [default for FILE: 1 m/s]")
+@option("--mass", group="Material", metavar="QUANTITY", help="Effective mass, m1 m2/(m1 + m2).")
+@option(
     "--radius",
+    group="Material",
     multiple=True,
     metavar="[TYPE=]R",
     help="Effective radius, R1 R2/(R1 + R2); with --density '1 mm', '1 mm, 2 mm' or '1 mm, wall'; in a FILE 1=1mm:2mm.",
 )
-@click.option(
+@option(
     "--density",
+    group="Material",
     multiple=True,
     metavar="[TYPE=]DENSITY",
     help="Density of the spheres, instead of --mass; of a type in a FILE, such as 1=2500.",
 )
-@click.option(
-    "--variable", multiple=True, metavar="NAME=VALUE", help="Variable of a FILE, as LAMMPS's -var; repeatable."
+@option(
+    "--variable",
+    group="Advanced",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Variable of a FILE, as LAMMPS's -var; repeatable.",
 )
-@click.option(
+@option(
     "--gravity",
+    group="Advanced",
     metavar="QUANTITY",
     help="Include the weight of a body that falls on a plane; for FILE, instead of its gravity.",
 )
-@click.option("--scheme", help="Integrator; a wrong name prints the list.  [default: that of the program]")
-@click.option(
+@option("--scheme", group="Advanced", help="Integrator; a wrong name prints the list.  [default: that of the program]")
+@option(
     "--end",
+    group="Other laws",
     type=click.Choice(ENDS),
     help="End of contact for --force: where the force vanishes, or at x = 0.  [default: force]",
 )
-@click.option(
-    "--all", "with_all", is_flag=True, help="With --epsilon: print all formulas of a program, not three only."
+@option(
+    "--all",
+    "with_all",
+    group="Output",
+    is_flag=True,
+    help="With --epsilon: print all formulas of a program, not three only.",
 )
 @STYLE
 def audit(

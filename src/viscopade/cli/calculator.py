@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
-from viscopade.cli.console import command_line, examples, output_option, write_or_print
+from viscopade.cli.console import Command, command_line, examples, output_option, write_or_print
 
 
-@click.command("calculator", epilog=examples("viscopade calculator", "viscopade calculator -o ball.html"))
+@click.command("calculator", cls=Command, epilog=examples("viscopade calculator", "viscopade calculator -o ball.html"))
 @output_option("calculator.html")
 def calculator_command(output: Path | None) -> None:
     """Write a calculator of eps and damping as one HTML file.

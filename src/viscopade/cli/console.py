@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import reduce
+from functools import partial, reduce
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
@@ -55,6 +55,45 @@ def _name(param: click.Parameter | None) -> str:
     if isinstance(param, click.Argument):
         return (param.metavar or param.human_readable_name).strip("[]").upper()
     return max(param.opts, key=len)
+
+
+GROUPS = ("Options", "Material", "Other laws", "Output", "Advanced")
+"""Headings of options in a help, in the order in which they stand there; the first one has the common options."""
+# Chosen by hand: so few options (with --help) are read at a glance and stand under one heading. In a line of 80
+# characters the names get 26, in which all of ours but the three longest fit, and the sentences the rest.
+_FEW, _NAMES_WIDTH = 8, 26
+
+
+class Option(click.Option):
+    """An option of a command; `group` is its heading in the help, one of `GROUPS`."""
+
+    def __init__(self, *names: Any, group: str = GROUPS[0], **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        self.group = group
+
+
+option = partial(click.option, cls=Option)
+"""The decorator that adds an `Option` to a command: `option("--law", group="Other laws", help="…")`."""
+
+
+class Command(click.Command):
+    """A command whose help has its options under the headings of `GROUPS`, in the order in which they were added."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options into the help, whose text `formatter` collects; `ctx` is the context of this command."""
+        # From a heading to rows (names, sentence). Click itself makes --help, which has no group.
+        rows: dict[str, list[tuple[str, str]]] = {group: [] for group in GROUPS}
+        for param in self.get_params(ctx):
+            if isinstance(param, click.Option) and (row := param.get_help_record(ctx)):
+                rows[getattr(param, "group", GROUPS[0])].append(row)
+        every_row = [row for group in GROUPS for row in rows[group]]
+        headings = {GROUPS[0]: every_row} if len(every_row) <= _FEW else rows
+        # Names are filled up to one width, so that the sentences under all headings begin in one column.
+        width = min(max(len(names) for names, _ in every_row), _NAMES_WIDTH)
+        for heading, rows_below in headings.items():
+            if rows_below:
+                with formatter.section(heading):
+                    formatter.write_dl([(names.ljust(width), text) for names, text in rows_below], col_max=width)
 
 
 class OneOf(click.Choice[str]):
@@ -230,15 +269,18 @@ _NARROWEST = 20  # of a line, also on a narrower terminal: one of our longer wor
 
 ORDER = Whole(0, arguments.MAX_ORDER)
 DIGITS = Whole(1, arguments.MAX_DIGITS)
-STYLE = click.option(
+STYLE = option(
     "--format",
     "style",
+    group="Output",
     type=click.Choice(["text", "json", "csv"]),
     default="text",
     show_default=True,
     help="Format of the output.",
 )
-DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
+DIGITS_OPTION = option(
+    "--digits", group="Output", type=DIGITS, default=30, show_default=True, help="Significant digits."
+)
 
 
 def _checked_output(_context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
@@ -252,9 +294,10 @@ def _checked_output(_context: click.Context, _: click.Parameter, path: Path | No
 def output_option(default: str = "-") -> Callable[..., Any]:
     """Return the option -o, --output, that says where `write_or_print` writes; "-" is the standard output."""
     place = "-, the standard output" if default == "-" else f"{default}; - is the standard output"
-    return click.option(
+    return option(
         "-o",
         "--output",
+        group="Output",
         type=FilePath(),
         default=default,
         callback=_checked_output,  # `command_line` recognises the option by it
@@ -326,8 +369,9 @@ def with_options(*options: Callable[..., Any]) -> Callable[[Callable[..., None]]
     return lambda command: reduce(lambda decorated, option: option(decorated), reversed(options), command)
 
 
-LAW = click.option(
+LAW = option(
     "--law",
+    group="Other laws",
     default="viscoelastic",
     show_default=True,
     metavar="NAME|A,B",
@@ -335,54 +379,39 @@ LAW = click.option(
 )
 WITH_LAW = with_options(
     LAW,
-    click.option(
+    option(
         "--end",
+        group="Other laws",
         type=click.Choice(ENDS),
         help="End of contact: where the force vanishes, or at x = 0.  [default: force]",
     ),
 )
 """The options of `viscopade.theory.law.law_of`."""
-GRAVITY = click.option(
-    "--gravity", type=Quantity("acceleration", " >= 0"), help="Include the weight of a body that falls on a plane."
+GRAVITY = option(
+    "--gravity",
+    group="Advanced",
+    type=Quantity("acceleration", " >= 0"),
+    help="Include the weight of a body that falls on a plane.",
 )
-ADHESION = click.option(
+ADHESION = option(
     "--adhesion",
+    group="Advanced",
     type=Quantity("energy per area", " > 0"),
     metavar="QUANTITY",
     help="Work of adhesion of the material's surfaces, twice its surface energy, in J/m^2.",
 )
-
-
-class _Length(Quantity):
-    """Type of an option that takes two lengths: what begins with a minus is the next option."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return a length in m from a typed `value`; Click also passes the option `param` and the command `ctx`."""
-        if str(value).startswith("-"):
-            raise click.UsageError("--size needs two lengths, such as '8.6 cm' '6 cm'")
-        return super().convert(value, param, ctx)
-
-
-TITLE = click.option("--title", help="Title above the picture.")
-SIZE = with_options(
-    click.option(
-        "--size", type=_Length("length"), nargs=2, help="Width and height of a picture, such as '8.6 cm' '6 cm'."
-    ),
-    # 7.5 points are `font.size` of all our pictures (`viscopade.plots.sheet.STYLE`).
-    click.option("--font-size", type=Real(), help="Font size of a picture in points.  [default: 7.5]"),
+EFFECTIVE_MASS = option(
+    "--mass", group="Advanced", type=Quantity("mass", " > 0"), help="Effective mass, m1 m2/(m1 + m2)."
 )
-"""Options that fit a picture to a page, --size and --font-size; `page_of` takes their values."""
-
-EFFECTIVE_MASS = click.option("--mass", type=Quantity("mass", " > 0"), help="Effective mass, m1 m2/(m1 + m2).")
 
 MATERIAL = {
-    "young_modulus": (Quantity("pressure"), "Young modulus of the material."),
-    "poisson_ratio": (Real(), "Poisson ratio of the material, > -1 and <= 0.5."),
-    "density": (Quantity("density"), "Density of the material."),
-    "dissipative_constant": (Quantity("time"), "Dissipative constant A of the material."),
-    "yield_strength": (Quantity("pressure"), "Yield strength of the material, only for a warning."),
+    "young_modulus": ("Material", Quantity("pressure"), "Young modulus of the material."),
+    "poisson_ratio": ("Material", Real(), "Poisson ratio of the material, > -1 and <= 0.5."),
+    "density": ("Material", Quantity("density"), "Density of the material."),
+    "dissipative_constant": ("Material", Quantity("time"), "Dissipative constant A of the material."),
+    "yield_strength": ("Advanced", Quantity("pressure"), "Yield strength of the material, only for a warning."),
 }
-"""Type and help of each option."""
+"""Group, type and help of each option."""
 
 
 def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -392,12 +421,12 @@ def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
     """
     radius = "Radius of both spheres; give it twice for two different radii."
     return with_options(
-        click.option("--radius", "radii", type=Quantity("length"), multiple=True, help=radius),
+        option("--radius", "radii", group="Material", type=Quantity("length"), multiple=True, help=radius),
         *(
-            click.option("--" + name.replace("_", "-"), type=MATERIAL[name][0], help=MATERIAL[name][1])
-            for name in names
+            option("--" + name.replace("_", "-"), group=group, type=kind, help=text)
+            for name, (group, kind, text) in ((name, MATERIAL[name]) for name in names)
         ),
-        click.option("--wall", is_flag=True, help="One sphere hits a plane wall of the same material."),
+        option("--wall", group="Material", is_flag=True, help="One sphere hits a plane wall of the same material."),
     )
 
 

@@ -27,6 +27,7 @@ from viscopade.cli.console import (
     ORDER,
     STYLE,
     WITH_LAW,
+    Command,
     Degree,
     FilePath,
     Quantity,
@@ -36,6 +37,7 @@ from viscopade.cli.console import (
     law_words,
     limits_of,
     material,
+    option,
     pair_of,
     say,
     show,
@@ -62,8 +64,8 @@ _SAMPLED, _LEAST_SAMPLED = 12, 1e-12
 _STATED, _STATED_DIGITS = (1, 2, 5, 10), 30
 
 
-@click.command(epilog=examples("viscopade reproduce"))
-@click.option("--out", type=FilePath(), help="Directory for the exported files.  [default: no file is written]")
+@click.command(cls=Command, epilog=examples("viscopade reproduce"))
+@option("--out", type=FilePath(), help="Directory for the exported files.  [default: no file is written]")
 @STYLE
 @click.pass_context
 def reproduce(context: click.Context, out: Path | None, style: str) -> None:
@@ -141,11 +143,11 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
             say(f"wrote {', '.join(texts)} to {out}")
 
 
-@click.command(epilog=examples("viscopade coefficients --order 6 --digits 40"))
+@click.command(cls=Command, epilog=examples("viscopade coefficients --order 6 --digits 40"))
 # 20: twice the order that [3/6] needs; chosen by hand.
-@click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
+@option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
 @DIGITS_OPTION
-@click.option("--symbolic", is_flag=True, help="Print the h_k also as polynomials in lambda_1, lambda_3, ….")
+@option("--symbolic", group="Output", is_flag=True, help="Print the h_k also as polynomials in lambda_1, lambda_3, ….")
 @WITH_LAW
 @STYLE
 def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | None, style: str) -> None:
@@ -207,6 +209,7 @@ def _say_polynomials(derivation: Derivation) -> None:
 # Unknown options become arguments, so that the message about a negative degree names the degree.
 @click.command(
     "pade",
+    cls=Command,
     context_settings={"ignore_unknown_options": True},
     epilog=examples("viscopade pade 3/6 --digits 15 --v-star-max 1"),
 )
@@ -214,7 +217,7 @@ def _say_polynomials(derivation: Derivation) -> None:
 @click.argument("n", type=Whole(0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
 # Here and below the numbers in helps are the limits of the functions that are called, and are checked there.
-@click.option(
+@option(
     "--v-star-max",
     help="State the error for 0 <= v* <= this number (0.001 to 100): proven for the viscoelastic law, else sampled.",
 )
@@ -330,10 +333,15 @@ def _of_bodies(*properties: str) -> Callable[..., Any]:
     """Return a decorator that adds the options of `_Bodies`; `properties` are the keys of a material's options."""
     # Exact decimals of --speed: for beta and v* every digit is proven, and a double would round it.
     return with_options(
-        click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed."),
-        click.option("--stiffness", help="Constant k of the elastic force k x^A, in N/m^A."),
-        click.option("--mass", help="Effective mass m1 m2/(m1 + m2); on a plane, the mass of the body."),
-        click.option("--load", type=Real(), help="Load G of the scaled equation x'' + … = G, with its kappa or v*."),
+        option("--speed", type=Quantity("speed", exact=True), help="Impact speed."),
+        option("--stiffness", group="Other laws", help="Constant k of the elastic force k x^A, in N/m^A."),
+        option("--mass", group="Other laws", help="Effective mass m1 m2/(m1 + m2); on a plane, the mass of the body."),
+        option(
+            "--load",
+            group="Advanced",
+            type=Real(),
+            help="Load G of the scaled equation x'' + … = G, with its kappa or v*.",
+        ),
         material(*properties, "yield_strength"),
         GRAVITY,
         WITH_LAW,
@@ -703,16 +711,21 @@ def _force(law: Law, speed: str | None, typed: Mapping[str, str | None]) -> tupl
     return {"k": value["stiffness"], "mass": value["mass"]}, value.get("damping")
 
 
-@click.command(epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
-@click.option(
+@click.command(cls=Command, epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
+@option(
     "--v-star",
     help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. For other laws it is kappa^(1/d), with --end return "
     "kappa.",
 )
-@click.option("--kappa", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
-@click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
-@click.option("--damping", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
-@click.option("--digits", type=DIGITS, help="Significant digits; not with a material or a stiffness.  [default: 30]")
+@option("--kappa", group="Other laws", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
+@option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
+@option("--damping", group="Other laws", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
+@option(
+    "--digits",
+    group="Output",
+    type=DIGITS,
+    help="Significant digits; not with a material or a stiffness.  [default: 30]",
+)
 @ADHESION
 @_of_bodies("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 def epsilon(
@@ -794,9 +807,9 @@ def epsilon(
     bodies.show(collision, collision.floats()["v_star"] ** law.d, number, unit)
 
 
-@click.command(epilog=examples("viscopade invert --law linear --epsilon 0.5 --stiffness 1e5 --mass 0.1"))
-@click.option("--epsilon", help="Wanted coefficient of restitution eps, > 0 and <= 1.")
-@click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
+@click.command(cls=Command, epilog=examples("viscopade invert --law linear --epsilon 0.5 --stiffness 1e5 --mass 0.1"))
+@option("--epsilon", help="Wanted coefficient of restitution eps, > 0 and <= 1.")
+@option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
 @DIGITS_OPTION
 @_of_bodies("young_modulus", "poisson_ratio", "density")
 def invert(

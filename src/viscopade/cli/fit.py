@@ -22,14 +22,14 @@ import click
 from viscopade.cli.console import (
     SIZE,
     STYLE,
-    TITLE,
+    Command,
     FilePath,
     Quantity,
     Real,
     command_line,
     examples,
     material,
-    page_of,
+    option,
     pair_of,
     picture_kind,
     say,
@@ -110,63 +110,86 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
         return name.strip(), rest.strip()
 
 
-@click.command(epilog=examples("viscopade fit examples/collisions.csv"))
+@click.command(cls=Command, epilog=examples("viscopade fit examples/collisions.csv"))
 @click.argument("data", type=FilePath(), nargs=-1, required=True)
-@click.option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
-@click.option(
+@option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
+@option(
     "--column",
     "columns",
     type=Assignment("NAME=HEADER"),
     multiple=True,
     help="Header or number of a column; - to omit it.",
 )
-@click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column.")
+@option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column.")
 # The defaults that helps state are those of viscopade.fitting: 9.80665 m/s^2 is the standard gravity, 0.47 the drag
 # coefficient of a smooth sphere at Reynolds numbers from 1000 to 200000, and 4 degrees of freedom are a choice.
-@click.option("--rate", type=Real(" > 0"), help="Frames per second, for a column frame.")
-@click.option("--length-per-unit", type=Quantity("length", " > 0"), help="Length of one unit of position, as a pixel.")
-@click.option(
+@option("--rate", group="Advanced", type=Real(" > 0"), help="Frames per second, for a column frame.")
+@option(
+    "--length-per-unit",
+    group="Advanced",
+    type=Quantity("length", " > 0"),
+    help="Length of one unit of position, as a pixel.",
+)
+@option(
     "--resolution",
+    group="Advanced",
     help='Standard error of times ("0.5 ms"), or of heights or positions ("1 mm").  '
     "[default: fitted; 1 ms for echoes among times of bounces]",
 )
-@click.option(
-    "--gravity", type=Quantity("acceleration", " > 0"), help="Gravitational acceleration.  [default: 9.80665 m/s^2]"
+@option(
+    "--gravity",
+    group="Advanced",
+    type=Quantity("acceleration", " > 0"),
+    help="Gravitational acceleration.  [default: 9.80665 m/s^2]",
 )
-@click.option(
-    "--air-density", type=Quantity("density"), help="Density of the air, for its drag; needs radius and density."
+@option(
+    "--air-density",
+    group="Advanced",
+    type=Quantity("density"),
+    help="Density of the air, for its drag; needs radius and density.",
 )
-@click.option("--drag-coefficient", type=Real(), help="Drag coefficient of the sphere in air.  [default: 0.47]")
-@click.option("--contact-time", type=Quantity("time"), help="Duration of a contact, between two flights.")
-@click.option(
+@option(
+    "--drag-coefficient", group="Advanced", type=Real(), help="Drag coefficient of the sphere in air.  [default: 0.47]"
+)
+@option("--contact-time", group="Advanced", type=Quantity("time"), help="Duration of a contact, between two flights.")
+@option(
     "--scatter/--no-scatter",
+    group="Advanced",
     default=None,
     help="Whether eps scatters more than its standard errors.  [default: if there are none]",
 )
-@click.option("--robust", is_flag=True, help="Give outliers less weight: Student's t with 4 degrees of freedom.")
-@click.option(
-    "--without", multiple=True, metavar="[NAME:]LINE", help="Line of a file or sheet to leave out; repeatable."
+@option(
+    "--robust", group="Advanced", is_flag=True, help="Give outliers less weight: Student's t with 4 degrees of freedom."
 )
-@click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact to compare with; repeatable.")
+@option("--without", multiple=True, metavar="[NAME:]LINE", help="Line of a file or sheet to leave out; repeatable.")
+@option(
+    "--law",
+    "laws",
+    group="Other laws",
+    multiple=True,
+    metavar="NAME|A,B",
+    help="Law of contact to compare with; repeatable.",
+)
 @material("young_modulus", "poisson_ratio", "density")
-@click.option("--mass", type=Quantity("mass", " > 0"), help="Mass of the sphere, instead of its density.")
-@click.option(
+@option("--mass", group="Material", type=Quantity("mass", " > 0"), help="Mass of the sphere, instead of its density.")
+@option(
     "--scene",
     "scene_file",
+    group="Output",
     type=FilePath(),
     help="Write a scene with the fitted material to this file.",
 )
-@click.option("--plot", "picture", type=FilePath(), help="Draw the fit into this file: .svg, .png or .pdf.")
-@TITLE
-@SIZE
-@click.option(
+@option("--plot", "picture", group="Output", type=FilePath(), help="Draw the fit into this file: .svg, .png or .pdf.")
+@option(
     "--empirical",
     "code",
+    group="Output",
     type=FilePath(),
     help="Write an empirical function of the data, which follows no law, to this file: .h, .py, .f90, …",
 )
-@click.option(
+@option(
     "--form",
+    group="Output",
     type=click.Choice(FORMS),
     default="power",
     help="Form of that function: a capped power, or a monotone table.  [default: power]",

@@ -15,10 +15,12 @@ from viscopade.cli.console import (
     ORDER,
     OUTPUT,
     STYLE,
+    Command,
     Degrees,
     FilePath,
     OneOf,
     examples,
+    option,
     say,
     show,
     write_or_print,
@@ -34,48 +36,55 @@ if TYPE_CHECKING:
 _SERIES = ("series-csv", "series-json", "series-latex")
 
 
-@click.command(epilog=examples("viscopade export fortran --accuracy 1e-5 --output viscopade.f90"))
+@click.command(cls=Command, epilog=examples("viscopade export fortran --accuracy 1e-5 --output viscopade.f90"))
 @click.argument("target", metavar="TARGET", type=OneOf([*TARGETS, *_SERIES, "version-header"]))
-@click.option(
+@option(
     "--pade",
     type=Degrees(),
     multiple=True,
     help="Padé approximant, such as 3/6; repeatable.  [default: the four of the paper's table]",
 )
-@click.option(
+@option(
     "--minimax",
+    group="Advanced",
     type=Degrees(),
     multiple=True,
     help="Best approximant on the interval from --v-star-min to --v-star-max, such as 1/4; repeatable.",
 )
-@click.option(
+@option(
     "--accuracy",
     multiple=True,
     help="Largest proven error, such as 1e-5; repeatable. It selects the smallest kernel for all v* >= 0; with "
     "--v-star-max, the cheapest best approximant on the interval.",
 )
-@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps); repeatable.")
-@click.option("--v-star-max", help="Largest v* of the interval, for --minimax and --accuracy.")
-@click.option(
-    "--v-star-min", default="0", show_default=True, help="Smallest v* of the interval, for --minimax and --accuracy."
+@option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps); repeatable.")
+@option("--v-star-max", group="Advanced", help="Largest v* of the interval, for --minimax and --accuracy.")
+@option(
+    "--v-star-min",
+    group="Advanced",
+    default="0",
+    show_default=True,
+    help="Smallest v* of the interval, for --minimax and --accuracy.",
 )
-@click.option("--full", is_flag=True, help="Kernels that are accurate to the last digit, from v*, in C.")
-@click.option(
+@option("--full", is_flag=True, help="Kernels that are accurate to the last digit, from v*, in C.")
+@option(
     "--from-speed",
     type=click.Choice(SPEEDS),
     multiple=True,
     help="Accuracy of a kernel from speed and beta to eps, in C, with a table instead of a root. The table for 5e-6 is "
     "the smallest; the kernel for 1e-5 is faster.",
 )
-@click.option(
+@option(
     "--order",
+    group="Output",
     type=ORDER,
     default=SERIES_ORDER,
     show_default=True,
     help=f"Highest power of v*, for {', '.join(_SERIES)}.",
 )
-@click.option(
+@option(
     "--digits",
+    group="Output",
     type=DIGITS,
     help=f"Significant digits, for latex, {', '.join(_SERIES)}.  "
     f"[default: {LATEX_DIGITS} for latex, else {SERIES_DIGITS}]",
@@ -129,23 +138,23 @@ def _refuse_unused(target: str, used: set[str]) -> None:
             raise click.UsageError(f"{flag} changes nothing in {target}: expected {others}")
 
 
-@click.command("scene", epilog=examples("viscopade scene --example ice_rings --out ."))
+@click.command("scene", cls=Command, epilog=examples("viscopade scene --example ice_rings --out ."))
 @click.argument("file", type=FilePath(), required=False)
-@click.option(
+@option(
     "--example",
     metavar="NAME",
     shell_complete=lambda _context, _option, start: [name for name in example_scenes() if name.startswith(start)],
     help="Use an example scene, such as ice_rings, instead of FILE.",
 )
-@click.option("--out", type=FilePath(), help="Directory for the generated file.")
-@click.option(
+@option("--out", type=FilePath(), help="Directory for the generated file.")
+@option(
     "--check/--no-check",
     "checking",
     default=True,
     help="Compile and run the generated code, if its compiler or interpreter is installed, and compare its results "
     "with the exact eps.  [default: check]",
 )
-@click.option("--cc", help="C compiler for the check.  [default: CC of the environment, or cc]")
+@option("--cc", help="C compiler for the check.  [default: CC of the environment, or cc]")
 @STYLE
 def scene_command(
     file: Path | None,

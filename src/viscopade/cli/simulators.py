@@ -20,6 +20,7 @@ from viscopade.cli.console import (
     EFFECTIVE_MASS,
     GRAVITY,
     OUTPUT,
+    Command,
     FilePath,
     OneOf,
     Quantity,
@@ -28,6 +29,7 @@ from viscopade.cli.console import (
     examples,
     limits_of,
     material,
+    option,
     pair_with,
     write_or_print,
 )
@@ -75,6 +77,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 # for the longest time step, and the kernel with an error of 1e-5 in REBOUND.
 @click.command(
     "simulators",
+    cls=Command,
     epilog=examples(
         'viscopade simulators lammps --epsilon 0.9 --speed "1 m/s" --radius "1 cm" \\\n'
         "    --density 2500 --young-modulus 1e7 --poisson-ratio 0.3"
@@ -82,19 +85,31 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 )
 @click.argument("target", metavar="PROGRAM", type=OneOf(TARGETS, _AUDITED))
 @click.argument("file", type=FilePath(), required=False)
-@click.option("--epsilon", type=Real(), help="Goal eps at --speed, instead of a scene or A.")
-@click.option("--speed", type=Quantity("speed"), help="Impact speed, instead of a scene.")
-@click.option("--law", metavar="NAME|A,B", help="Law of contact with that eps at --speed.  [default: viscoelastic]")
-@click.option("--speeds", type=SpeedRange(), help="Range of speeds, for which the file states the error of eps.")
+@option("--epsilon", type=Real(), help="Goal eps at --speed, instead of a scene or A.")
+@option("--speed", type=Quantity("speed"), help="Impact speed, instead of a scene.")
+@option(
+    "--law",
+    group="Other laws",
+    metavar="NAME|A,B",
+    help="Law of contact with that eps at --speed.  [default: viscoelastic]",
+)
+@option(
+    "--speeds", group="Output", type=SpeedRange(), help="Range of speeds, for which the file states the error of eps."
+)
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
-@click.option("--stiffness", help="Stiffness k, such as '1e5 N/m', or k/m, such as '1e5 1/s^2'.")
-@click.option("--contact-time", type=Quantity("time"), help="Duration of a contact at --speed.")
-@click.option("--penetration", type=Quantity("length"), help="Penetration in the fastest impact.")
+@option("--stiffness", help="Stiffness k, such as '1e5 N/m', or k/m, such as '1e5 1/s^2'.")
+@option("--contact-time", type=Quantity("time"), help="Duration of a contact at --speed.")
+@option("--penetration", group="Advanced", type=Quantity("length"), help="Penetration in the fastest impact.")
 @EFFECTIVE_MASS
-@click.option("--time-step", type=Quantity("time", " > 0"), help="Time step, whose error the damping compensates.")
-@click.option("--step-error", type=Real(), help="Relative error of eps for the longest time step.  [default: 0.01]")
+@option("--time-step", type=Quantity("time", " > 0"), help="Time step, whose error the damping compensates.")
+@option(
+    "--step-error",
+    group="Advanced",
+    type=Real(),
+    help="Relative error of eps for the longest time step.  [default: 0.01]",
+)
 @GRAVITY
-@click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel in REBOUND.  [default: 1e-5]")
+@option("--tier", group="Output", type=click.Choice(TIERS), help="Accuracy of the kernel in REBOUND.  [default: 1e-5]")
 @OUTPUT
 def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
     """Print the contact parameters of a simulation program.

@@ -21,7 +21,7 @@ from viscopade.cli.console import (
     NO_FALL,
     SIZE,
     STYLE,
-    TITLE,
+    Command,
     Degrees,
     FilePath,
     Quantity,
@@ -31,7 +31,7 @@ from viscopade.cli.console import (
     examples,
     limits_of,
     material,
-    page_of,
+    option,
     pair_with,
     picture_kind,
     say,
@@ -57,34 +57,50 @@ _MOST_WITH_WEIGHT = 100
 
 _CURVES = (
     click.argument("file", type=FilePath(), required=False),
-    click.option("--from", "slowest", type=Quantity("speed"), help="Lowest speed.  [default: 0.001]"),
-    click.option("--to", "fastest", type=Quantity("speed"), help="Highest speed.  [default: 10]"),
-    click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
-    click.option("--epsilon", type=Real(), help="eps at --speed, instead of --beta or A."),
-    click.option("--speed", type=Quantity("speed", " > 0"), help="Speed at which all curves have the same eps."),
+    option("--from", "slowest", type=Quantity("speed"), help="Lowest speed.  [default: 0.001]"),
+    option("--to", "fastest", type=Quantity("speed"), help="Highest speed.  [default: 10]"),
+    option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
+    option("--epsilon", type=Real(), help="eps at --speed, instead of --beta or A."),
+    option("--speed", type=Quantity("speed", " > 0"), help="Speed at which all curves have the same eps."),
     material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength"),
-    click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Add this law of contact; repeatable."),
-    click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Add this approximant; repeatable."),
-    click.option("--program", "programs", multiple=True, help="Add this program of `viscopade audit`; repeatable."),
+    option(
+        "--law",
+        "laws",
+        group="Other laws",
+        multiple=True,
+        metavar="NAME|A,B",
+        help="Add this law of contact; repeatable.",
+    ),
+    option(
+        "--pade",
+        "approximants",
+        group="Other laws",
+        type=Degrees(),
+        multiple=True,
+        help="Add this approximant; repeatable.",
+    ),
+    option(
+        "--program",
+        "programs",
+        group="Other laws",
+        multiple=True,
+        help="Add this program of `viscopade audit`; repeatable.",
+    ),
     GRAVITY,
     ADHESION,
 )
 """The argument and the options of `_curves`."""
 
 
-@click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
-@with_options(*_CURVES)
-@click.option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
-@click.option(
-    "--speed-axis",
-    type=click.Choice(["logarithmic", "linear"]),
-    default="logarithmic",
-    show_default=True,
-    help="Scale of the axis of speeds, or of v*.",
+@click.command(
+    cls=Command, epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg")
 )
-@TITLE
-@SIZE
-@click.option("-o", "--output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
+@with_options(*_CURVES)
+@option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
+@option("--title", group="Output", help="Title above the picture.")
+@option("--size", group="Output", type=_Length("length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
+@option("--font-size", group="Output", type=Real(), help="Font size in points.  [default: 7.5]")
+@option("-o", "--output", group="Output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
 def plot(
     file: Path | None,
     data: Path | None,
@@ -143,9 +159,27 @@ def plot(
         say(f"Warning: {text}.")
 
 
-@click.command("table", epilog=examples("viscopade table --from 0.1 --to 10"))
+def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return width and height in inches, from `size` in m: each from 2 cm to 2 m."""
+    if size is None:
+        return None
+    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
+    width, height = map(float, size)
+    if not 0.02 <= min(width, height) <= max(width, height) <= 2:
+        raise ValueError(f"size is {width:g} m, {height:g} m: expected width and height from 2 cm to 2 m")
+    return width / _INCH, height / _INCH
+
+
+def _points(font_size: float | None) -> float:
+    """Return the font size in points; from 3, which can just be read, to 72, an inch (chosen by hand)."""
+    if font_size is not None and not 3 <= font_size <= 72:
+        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
+    return _LETTERS if font_size is None else font_size
+
+
+@click.command("table", cls=Command, epilog=examples("viscopade table --from 0.1 --to 10"))
 @with_options(*_CURVES)
-@click.option("--points", type=Whole(2, _MOST_ROWS), help="Number of speeds.  [default: three per decade]")
+@option("--points", type=Whole(2, _MOST_ROWS), help="Number of speeds.  [default: three per decade]")
 @STYLE
 def table_command(points: int | None, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
