@@ -85,6 +85,14 @@ def test_seconds_need_a_contact_time():
     assert "integrator: semi-implicit Euler" in run(*words[:3], "--time-step", "0.02").output
 
 
+def test_integrators_to_choose_from_are_named():
+    """One line has the integrator of this answer, another one those of the program."""
+    words = ("mujoco", "--set", "solref=-2500 -100", "--speed", "1")
+    choice = "integrators for --scheme: Euler (default), RK4, implicit, implicitfast\n"
+    assert f"\ntime steps: infinitely fine\n{choice}" in run(*words).output
+    assert f"\nintegrator: RK4\n{choice}" in run(*words, "--time-step", "3 ms", "--scheme", "RK4").output
+
+
 def test_formulas_that_do_not_accept_an_eps_are_named():
     words = ("liggghts", "--epsilon", "0.04")
     whole = json.loads(run(*words, "--format", "json").output)

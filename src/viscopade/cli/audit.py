@@ -151,25 +151,29 @@ def audit(
     """Print the eps that a program gives, and what to set instead.
 
     There are three ways to use it. The first example reads FILE, an input of LAMMPS or LIGGGHTS or a model of MuJoCo,
-    and prints a row for each contact. With --epsilon it prints the lines to write instead.
-    In a row, from and to are the range of eps over where in a time step contact begins, falling is eps with the weight
-    of a body that falls on a plane, and t_c/step is the contact time without damping in time steps.
+    and prints a row for each contact. With --epsilon the output also has the lines to write instead. The columns of a
+    row are
 
-    The second example starts from the eps that you want: the table has the number that the
-    program's manual tells you to write, the eps that this number gives, the reason, and the number to write instead.
-    Without a time step these eps are exact, and every digit is proven. With --time-step the program's own steps are
-    computed. Contact may begin anywhere in a step: the result is the mean of eps and its range, and the number to write
-    instead gives your eps on average. As text, three formulas of each program are printed: those whose eps differ most.
+    \b
+    from, to   range of eps over where in a time step contact begins
+    falling    eps with the weight of a body that falls on a plane
+    t_c/step   contact time without damping, in time steps
+
+    The second example starts from the eps that you want. The table has the number that the program's manual tells you
+    to write, the eps that this number gives, the reason, and the number to write instead. Without a time step these eps
+    are exact, and every digit is proven. --time-step computes the program's own steps. Contact may begin anywhere in a
+    step. So the result is the mean of eps and its range, and the number to write instead gives your eps on average. The
+    text has three formulas of each program, whose eps differ most.
 
     The third example, with --speed, starts from the parameters of your file, set by --set. Other parameters have the
     program's defaults. --force replaces the program by a formula with numbers, x, v, + - * / **, min, max, abs, sqrt,
-    exp, where(x < 1e-3, ..., ...), the cubic step(x, x0, h0, x1, h1) and names of constants. With --epsilon the number
-    to write for that eps is printed, too; of a force it is the constant that --vary names. These eps are sampled, not
-    proven.
+    exp, where(x < 1e-3, ..., ...), the cubic step(x, x0, h0, x1, h1) and names of constants. With --epsilon the output
+    also has the number to write for that eps. Of a force, this number is the constant that --vary names. These eps are
+    sampled, not proven.
 
-    The contact time is without damping: `viscopade epsilon` prints it for a material with A = 0. Plain numbers are in
-    SI units.
-    """
+    --contact-time is the contact time without damping. `viscopade epsilon` prints this time for a material with A = 0.
+    Plain numbers are in SI units.
+    """  # noqa: D301
     # Options that only the table of formulas takes, and those of which any one asks for a single contact.
     of_formulas = {"--contact-time": contact_time, "--step-error": step_error, "--all": with_all}
     of_one_contact = {

@@ -341,11 +341,12 @@ def _say_contact(
             below = f"below {sticking.speed:.4g} {units.speed} the bodies stay together"
         energy = f"; without damping the neck costs {sticking.neck_energy:.4g} {units.energy}"
         say(f"{below}{energy if sticking.neck_energy else ''}")
-    # The integrator of this answer; the program's default is the first of its own.
+    # The integrator of this answer, and those to choose from; the program's default is the first of its own.
     default, *others = native.schemes
-    continuous = "infinitely fine steps" if collision.depth else "none, as there is no --time-step"
-    choice = f"; there are {', '.join([f'{default} (default)', *others])}" if others else ""
-    say(f"integrator: {outcome.scheme if stepped else continuous}{choice}")
+    continuous = f"time steps: {'infinitely fine' if collision.depth else 'none, as there is no --time-step'}"
+    say(f"integrator: {outcome.scheme}" if stepped else continuous)
+    if others:
+        say(f"integrators for --scheme: {', '.join([f'{default} (default)', *others])}")
     # What to write for the wanted eps: as a pasted line on its own, or in words. `seconds` and `metres` are the sizes
     # of the file's units.
     if outcome.instead is not None:

@@ -419,7 +419,7 @@ def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
 
     `names` are the keys of `MATERIAL` that the command takes. `pair_of` reads the options.
     """
-    radius = "Radius of both spheres; give it twice for two different radii."
+    radius = "Radius of both spheres; typed twice, their two radii."
     return with_options(
         option("--radius", "radii", group="Material", type=Quantity("length"), multiple=True, help=radius),
         *(

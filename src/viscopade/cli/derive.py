@@ -153,11 +153,12 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | None, style: str) -> None:
     """Print the series coefficients h_k of eps = sum h_k v*^k.
 
-    The coefficients are h_0 to h_ORDER, and every digit is proven. For other laws of contact v* is a root of kappa,
-    which the output states.
+    The coefficients are h_0 to h_ORDER, and every digit is proven. For other
+    laws of contact v* is a root of kappa; the output states which root.
 
     With --symbolic, SymPy generates every h_k from the scaled equation as a polynomial with rational coefficients in
-    lambda_1, lambda_3, …. These are the coefficients of -ln eps, as an odd function, if contact ends where x = 0.
+    lambda_1, lambda_3, …. If contact ends
+    where x = 0, the lambdas are the coefficients of -ln eps, an odd function.
     """
     from viscopade.theory.law import law_of
     from viscopade.theory.series import series
@@ -228,8 +229,8 @@ def pade_command(
 ) -> None:
     """Print the Padé approximant [M/N] of eps(v*).
 
-    M is the degree of the numerator, N the degree of the denominator; you may also write M/N. The default of N lets the
-    approximant decay nearly as eps does: it is M + 3 for the viscoelastic law.
+    M is the degree of the numerator, N the degree of the denominator. You may also write M/N. The default of N lets the
+    approximant decay nearly as eps does. For the viscoelastic law this default is M + 3.
 
     The output has the coefficients, poles and zeros, the range of v* in which you may use the approximant, and its
     errors at a few v*. An approximant without a pole need not be accurate.
@@ -822,17 +823,18 @@ def invert(
 ) -> None:
     """Print the v*, beta and A that give a wanted eps.
 
-    --epsilon alone prints v*, and for another law of contact its kappa. Further options add further numbers:
+    --epsilon alone prints v*, and for another law of contact kappa. These options add
 
     \b
     --speed                  beta, where kappa = beta speed^(2/nu-1)
     a material and --speed   A, the maximal compression and the contact time
     --stiffness and --mass   the damping c of the force k x^A + c x^B x', the
-                             law's own damping constant, and the same lengths
+                             law's own damping constant, the maximal
+                             compression and the contact time
 
-    Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except for those
-    that need a material, or a stiffness and a mass: they are in double precision. For a material, warnings say which
-    assumptions of the model do not hold.
+    Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Numbers that need a
+    material, or a stiffness and a mass, are in double precision. Every digit of the other numbers is proven. For a
+    material, warnings say which assumptions of the model do not hold.
 
     --gravity (for a material with --wall, or for --stiffness) and --load give eps to a body whose weight acts during
     the contact. These numbers are sampled in double precision.

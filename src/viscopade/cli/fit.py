@@ -211,8 +211,8 @@ def fit(
 ) -> None:
     """Fit the damping to measured data; test the viscoelastic law.
 
-    DATA are CSV files or spreadsheets. All sheets and files are fitted together. Their headers name the columns and
-    their units; +/- or sigma beside a quantity is its error:
+    DATA are CSV files or spreadsheets. All sheets and files are fitted together. +/- or sigma beside a quantity is
+    the error of this quantity. The headers name the columns and their units:
 
     \b
     speed (cm/s), epsilon, +/-   collisions; also contact_time if known

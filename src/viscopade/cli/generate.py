@@ -54,7 +54,7 @@ _SERIES = ("series-csv", "series-json", "series-latex")
 @option(
     "--accuracy",
     multiple=True,
-    help="Largest proven error, such as 1e-5; repeatable. It selects the smallest kernel for all v* >= 0; with "
+    help="Largest proven error, such as 1e-5; repeatable. The smallest kernel for all v* >= 0 is selected; with "
     "--v-star-max, the cheapest best approximant on the interval.",
 )
 @option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps); repeatable.")

@@ -121,12 +121,12 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     mujoco, drake, simbody (OpenSim), chrono and jaxdem have their own laws of contact, whose damping is exact at one
     speed. Give a scene, a material, or only --epsilon and --speed. --stiffness, --contact-time or --penetration sets
     the stiffness; the default is the contact time of the viscoelastic spheres, or else 20 time steps. A plain
-    --stiffness is what the file has: over the effective mass for MuJoCo, not so for the others. --law names the law
-    that your data follow; `viscopade fit` prints its name.
+    --stiffness is the number in the file. For MuJoCo this number is a stiffness over the effective mass. --law names
+    the law that your data follow; `viscopade fit` prints this name.
 
-    With --gravity a body that falls on a plane has the wanted eps and contact time. During the contact its weight
-    presses it against the plane, and it loses more energy. Two spheres that fall together have no weight in their
-    frame.
+    With --gravity a body that falls on a plane has the wanted eps and contact time. During the contact the weight
+    presses this body against the plane, and the body loses more energy. Two spheres that fall together have no weight
+    in their frame.
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """

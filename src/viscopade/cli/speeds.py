@@ -184,7 +184,7 @@ def _points(font_size: float | None) -> float:
 def table_command(points: int | None, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
-    It takes the options of `viscopade plot`. For a material without --gravity and --adhesion the table also has the
+    `viscopade plot` has the same options. For a material without --gravity and --adhesion the table also has the
     contact time and the maximal compression. All numbers are in SI units and in double precision.
     """
     import numpy as np
