@@ -3,14 +3,16 @@
 // SPDX-License-Identifier: MIT
 //
 // eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
-// beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
-// rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
-// End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
-// x returns to 0.
+// beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+// v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+// and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+// constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+// End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+// to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 // Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
-// function                                         range                       error, double           error, float
+// function                                         range                       error, double           error, float, name + _f32
 // Viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // Viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // Viscopade.Dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)

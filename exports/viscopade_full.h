@@ -4,16 +4,19 @@
  * SPDX-License-Identifier: MIT
  *
  * eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
- * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
- * rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
- * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
- * x returns to 0.
+ * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+ * v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+ * and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+ * constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+ * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+ * to 0.
  *
  * Bounds of |error| below: ulp = unit in the last place of the result.
  * Bounds hold where the result, as computed, is a normal number.
- * function                                  range   error, double  error, float
+ * function                                  range   error, double  error, float, name + f
  * viscopade_epsilon_full(v_star)            all v*  0.571 ulp      -
  * viscopade_one_minus_epsilon_full(v_star)  all v*  0.528 ulp      -
+ * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example:

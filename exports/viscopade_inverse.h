@@ -4,19 +4,22 @@
  * SPDX-License-Identifier: MIT
  *
  * eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
- * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
- * rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
- * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
- * x returns to 0.
+ * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+ * v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+ * and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+ * constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+ * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+ * to 0.
  *
  * Bounds of |error| below: r = |result|.
- * function                                                    range   error, double  error, float
+ * function                                                    range   error, double  error, float, name + f
  * viscopade_v_star_inverse_1em3(epsilon)                      all v*  5.78e-4 r      5.81e-4 r
  * viscopade_v_star_from_loss_inverse_1em3(one_minus_epsilon)  all v*  5.78e-4 r      5.81e-4 r
  * viscopade_beta_inverse_1em3(epsilon, speed)                 all v*  0.00116 r      0.00117 r
  * viscopade_v_star_inverse_1em5(epsilon)                      all v*  3.55e-6 r      9.15e-6 r
  * viscopade_v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.55e-6 r      9.15e-6 r
  * viscopade_beta_inverse_1em5(epsilon, speed)                 all v*  7.09e-6 r      1.91e-5 r
+ * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (a material whose eps is 0.995 at a speed of 2):

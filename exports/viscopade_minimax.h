@@ -4,22 +4,22 @@
  * SPDX-License-Identifier: MIT
  *
  * eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
- * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
- * rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
- * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
- * x returns to 0.
+ * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+ * v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+ * and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+ * constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+ * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+ * to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
- * function                                            range                                   error, double           error, float
+ * function                                            range                                   error, double           error, float, name + f
  * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r   9.87e-4 m + 5e-7 r
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.86e-14 r  9.9e-4 m + 5.01e-7 r (v* <= 4.99998)
  * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r  9.9e-4 m + 5.01e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
  * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r   2.84e-6 m + 8.9e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.93e-14 r  5.38e-6 m + 8.91e-7 r (v* <= 4.99998)
  * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r  5.2e-6 m + 8.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
  * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.4e-15 r   -
- * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.01e-14 r  -
  * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.44e-15 r  -
+ * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):

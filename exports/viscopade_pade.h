@@ -4,13 +4,15 @@
  * SPDX-License-Identifier: MIT
  *
  * eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
- * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
- * rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
- * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
- * x returns to 0.
+ * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+ * v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+ * and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+ * constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+ * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+ * to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
- * function                                     range    error, double         error, float
+ * function                                     range    error, double         error, float, name + f
  * viscopade_epsilon_pade_0_3(v_star)           v* <= 5  4.68 m + 2.4e-15 r    4.68 m + 1.4e-6 r
  * viscopade_restitution_pade_0_3(speed, beta)  v* <= 5  4.68 m + 3.34e-13 r   4.68 m + 4.88e-5 r
  * viscopade_epsilon_pade_1_4(v_star)           v* <= 5  0.357 m + 1.4e-15 r   0.357 m + 7.3e-7 r
@@ -19,6 +21,7 @@
  * viscopade_restitution_pade_2_5(speed, beta)  v* <= 5  0.785 m + 1.81e-13 r  0.785 m + 2.72e-5 r
  * viscopade_epsilon_pade_3_6(v_star)           v* <= 5  0.064 m + 1.7e-15 r   0.064 m + 9.3e-7 r
  * viscopade_restitution_pade_3_6(speed, beta)  v* <= 5  0.064 m + 2.06e-14 r  0.064 m + 3.63e-6 r
+ * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):

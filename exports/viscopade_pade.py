@@ -3,10 +3,12 @@
 # SPDX-License-Identifier: MIT
 #
 # eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
-# beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
-# rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
-# End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
-# x returns to 0.
+# beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+# v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+# and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+# constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+# End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+# to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
 # function                                          range    error, double

@@ -4,17 +4,30 @@
  * SPDX-License-Identifier: MIT
  *
  * eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
- * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
- * rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
- * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
- * x returns to 0.
+ * beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+ * v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+ * and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+ * constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+ * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+ * to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
  * Bounds hold where eps and the result, as computed, are normal numbers.
- * function                                  range   error, double           error, float
- * viscopade_restitution_1em10(speed, beta)  all v*  7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
- * viscopade_rebound_1em10(speed, beta)      all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_dissipation_1em10(speed, beta)  all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * function                                                        range   error, double           error, float, name + f
+ * viscopade_restitution_1em10(speed, beta)                        all v*  7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
+ * viscopade_restitution_array_1em10(n, speed, beta, out)          all v*  7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
+ * viscopade_restitution_by_pair_1em10(n, speed, pair, beta, out)  all v*  7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
+ * viscopade_restitution_each_1em10(n, speed, beta, out)           all v*  7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
+ * viscopade_rebound_1em10(speed, beta)                            all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_rebound_array_1em10(n, speed, beta, out)              all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_rebound_by_pair_1em10(n, speed, pair, beta, out)      all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_rebound_each_1em10(n, speed, beta, out)               all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_1em10(speed, beta)                        all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_array_1em10(n, speed, beta, out)          all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_by_pair_1em10(n, speed, pair, beta, out)  all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_each_1em10(n, speed, beta, out)           all v*  7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
+ * For n speeds at once: array has one beta, by_pair beta[pair[i]] and each beta[i] for speed[i]; out may be speed.
+ * Other names (viscopade_epsilon_full, for example) are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -801,7 +814,7 @@ VISCOPADE_TABLE double viscopade_panels_full[433][14] = {
 VISCOPADE_HEXADECIMAL_END
 
 /*
- * eps.
+ * eps. Private in this file: for w outside the table.
  * Error <= 0.571 ulp for all v*, where the result, as computed, is a normal number.
  */
 #define VISCOPADE_EPSILON_FULL_ERROR 0.571 /* ulp for all v*, where the result, as computed, is a normal number */
@@ -852,7 +865,7 @@ VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 }
 
 /*
- * 1 - eps.
+ * 1 - eps. Private in this file: for w outside the table.
  * Error <= 0.528 ulp for all v*, where the result, as computed, is a normal number.
  */
 #define VISCOPADE_ONE_MINUS_EPSILON_FULL_ERROR 0.528 /* ulp for all v*, where the result, as computed, is a normal number */

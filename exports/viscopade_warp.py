@@ -3,17 +3,25 @@
 # SPDX-License-Identifier: MIT
 #
 # eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact velocity;
-# beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative constant, a time;
-# rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10).
-# End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
-# x returns to 0.
+# beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff sqrt(R_eff);
+# v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, Poisson ratios nu
+# and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: dissipative
+# constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2.
+# End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
+# to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 # Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 # function                                              range                       error, double           error, float
 # viscopade_warp.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
 # viscopade_warp.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.84e-5 r (1.63e-4 <= v* <= 4060)
 # viscopade_warp.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
+# viscopade_warp.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
+# viscopade_warp.dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):

@@ -85,6 +85,34 @@ def test_a_head_is_no_longer_for_many_kernels():
         assert "(and others, see below)" in lines
 
 
+# What a user may call: all that is not defined as private by its name (words of bits, parts of speed tables), or by the
+# comment before it.
+PRIVATE = re.compile(
+    r"viscopade_((from_)?bits|scale|place|bases?|inside|elsewhere|one|block|many|columns|log2|divide|apply|pack|all|called"
+    r"|beta_of_(all|pair|each))(_?[0-9]\w*|_full|f)*"
+)
+DEFINED = re.compile(r"^(?:VISCOPADE_\w+ )*(?:double|float|uint\d+_t|void) (viscopade_\w+)\(", re.MULTILINE)
+OF_ARRAYS = re.compile(r"^(?:VISCOPADE_VECTORS )?VISCOPADE_ARRAYS\((viscopade_\w+),", re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", OF_KERNELS)
+def test_the_head_of_a_header_lists_every_public_function(name):
+    """A line each; functions of type float have the same line, and names that end in f."""
+    head, code = HEADERS[name].split(" */\n", 1)
+    private = set(
+        re.findall(r"Private in this file.*?\n \*/\n(?:#define [^\n]*\n)?\w+ double (viscopade_\w+)", code, re.DOTALL)
+    )
+    functions = {f for f in (*DEFINED.findall(code), *OF_ARRAYS.findall(code)) if not PRIVATE.fullmatch(f)} - private
+    listed = re.findall(r"^ \* (viscopade_\w+)\(.*\)  .*\d", head, re.MULTILINE)
+    assert functions
+    assert {f for f in functions if f not in listed and f.removesuffix("f") not in listed} == set()
+    assert set(listed) <= functions
+    assert len(listed) == len(set(listed))
+    assert not private & set(listed)
+    for pair in ("R_eff = R1 R2/(R1 + R2)", "E_eff = 1/(D1 + D2)", "(A1 D1 + A2 D2)/(D1 + D2)", "are private"):
+        assert pair in " ".join(head.replace("\n *", " ").split())
+
+
 def test_errors_are_rounded_up():
     """What is printed of a bound is no smaller, and its range is no wider."""
     for bound in (bound for kernel in kernels() for bound in kernel.bounds):

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 from importlib.resources import files
-from itertools import chain, product, zip_longest
+from itertools import chain, product
 from zlib import crc32
 
 from viscopade import generated
@@ -34,8 +35,11 @@ from viscopade.kernels.write import speed_table
 from viscopade.kernels.write.language import Language, Number
 from viscopade.kernels.write.writer import function_text, generic_text, table_text, words_of
 
-HEAD = 30
-"""Most lines of a file's head, with those that begin and end the comment: a screen; a longer table is cut."""
+HEAD = 50
+"""Most lines of a file's head, with those that begin and end the comment: a screen; a longer table is cut.
+
+The longest head in `exports` is that of a speed table, with twelve functions; it has 38 lines.
+"""
 PAGE = "docs/reference/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
 
@@ -52,8 +56,10 @@ _EXAMPLE_NOTES = {
 }
 SPHERES = (
     "eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact "
-    "velocity; beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative "
-    "constant, a time; rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10)."
+    "velocity; beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; rho = 4/3 E_eff "
+    "sqrt(R_eff); v_star = v* = beta^(1/2) speed^(1/10). Of a pair with radii R1, R2, masses m1, m2, Young moduli E, "
+    "Poisson ratios nu and D = (1 - nu^2)/E: R_eff = R1 R2/(R1 + R2), m_eff = m1 m2/(m1 + m2), E_eff = 1/(D1 + D2); A: "
+    "dissipative constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2."
 )
 _UNITS = {
     "m": "m = min(eps, 1 - eps)",
@@ -93,7 +99,9 @@ def file_text(
     # comes first, once.
     texts = [speed_table.shared_text()] if any(kernel.fallback for kernel in kernels) else []
     for kernel in kernels:
-        texts += [kernel_text(whole, language) for whole in (kernel.fallback, kernel) if whole is not None]
+        if kernel.fallback is not None:
+            texts.append(kernel_text(kernel.fallback, language, private=True))
+        texts.append(kernel_text(kernel, language))
     # A helper is a file with one function, whose name is that of the file up to its first point.
     helpers = (
         helper for helper in language.helpers.split() if any(f"{helper.partition('.')[0]}(" in text for text in texts)
@@ -134,8 +142,12 @@ def prelude(name: str) -> str:
     return (files(__package__) / "preludes" / name).read_text(encoding="utf-8").rstrip("\n")
 
 
-def kernel_text(kernel: Kernel, language: Language) -> str:
-    """Return the functions of a kernel in a language, each after what is proven of it."""
+def kernel_text(kernel: Kernel, language: Language, *, private: bool = False) -> str:
+    """Return the functions of a kernel in a language, each after what is proven of it.
+
+    With `private` the comments say that the functions serve a speed table outside of its rows.
+    """
+    role = " Private in this file: for w outside the table." if private else ""
     # `code` is what makes the kernel's identity: tables and functions without their comments.
     code = [table_text(kernel, table, language) for table in kernel.tables]
     texts = list(code)
@@ -150,7 +162,7 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
     for function in kernel.functions:
         for number in numbers_of(kernel, language):
             code.append(function_text(kernel, function, language, number))
-            texts.append("\n".join([*_comment(kernel, function, language, number), code[-1]]))
+            texts.append("\n".join([*_comment(kernel, function, language, number, role), code[-1]]))
     # Types of the language for which the kernel has no functions, and why.
     for form in (number.form for number in language.numbers if number.form not in kernel.formats):
         lines = wrapped(f"There are no functions in {form}: {kernel.missing.get(form, 'nothing is proven')}.")
@@ -283,12 +295,13 @@ def where_normal(kernel: Kernel, bounds: Iterable[ErrorBound]) -> str:
     return f"where {last}, as computed, is a normal number" * bool(last)
 
 
-def _comment(kernel: Kernel, function: Function, language: Language, number: Number) -> Iterator[str]:
+def _comment(kernel: Kernel, function: Function, language: Language, number: Number, role: str = "") -> Iterator[str]:
     """Yield the comment before a kernel's function of a type, and the line that defines its error as a macro.
 
-    The comment is "eps.", and "Error <= E m + R r for RANGE; …, where … are normal numbers." for each machine.
+    The comment is "eps." and `role`, a sentence or nothing, and "Error <= E m + R r for RANGE; …, where … are normal
+    numbers." for each machine.
     """
-    lines = [f"{function.meaning}."]
+    lines = [f"{function.meaning}.{role}"]
     for arithmetic in number.arithmetics:
         bounds = stated_bounds(kernel, function, arithmetic)
         if bounds:
@@ -316,8 +329,8 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
 def head(kernels: Sequence[Kernel], language: Language, command: str, module: str) -> list[str]:
     """Return the lines at the head of a file of kernels, without comment marks; at most `HEAD` with those.
 
-    They are the command line that makes the file, licence, symbols, end condition, the table of proven errors, an
-    example with the file's module, and what to cite.
+    They are the command line that makes the file, licence, symbols, end condition, the table of public functions with
+    their proven errors, an example with the file's module, and what to cite.
     """
     before = [
         marker_line(command),
@@ -329,18 +342,19 @@ def head(kernels: Sequence[Kernel], language: Language, command: str, module: st
         *wrapped(_legend(kernels, language), _COLUMNS),
         *wrapped(_conditions(kernels, language), _COLUMNS),
     ]
-    after = [_LEGEND, "", *_example(kernels[-1], language, module), *wrapped(CITE, _COLUMNS)]
+    after = [
+        *wrapped(_other_names(kernels, language), _COLUMNS),
+        _LEGEND,
+        "",
+        *_example(kernels[-1], language, module),
+        *wrapped(CITE, _COLUMNS),
+    ]
     # Two lines begin and end the comment.
     room = HEAD - 2 - len(before) - len(after)
-    # The table with the most lines that fit: all functions with all ranges, all with the widest range (the last), or
-    # the first function of each kernel with its widest range. If these are still too many, the last line says so.
-    tables = [
-        _table(kernels, language, module, slice(functions), slice(ranges, None))
-        for functions, ranges in ((None, None), (None, -1), (1, -1))
-    ]
-    table = next((table for table in tables if len(table) <= room), None)
-    if table is None:
-        table = [*tables[-1][: room - 1], "(and others, see below)"]
+    # All functions, a line each. If these are too many, the first one of each kernel, and a line that says so.
+    table = _table(kernels, language, module, slice(None))
+    if len(table) > room:
+        table = [*_table(kernels, language, module, slice(1))[: room - 1], "(and others, see below)"]
     return [*before, *table, *after]
 
 
@@ -399,38 +413,62 @@ def _example(kernel: Kernel, language: Language, module: str) -> Iterator[str]:
     yield from (f"    {in_module(line, module)}" for line in lines.splitlines() if line)
 
 
-def _table(kernels: Sequence[Kernel], language: Language, module: str, functions: slice, ranges: slice) -> list[str]:
-    """Return the lines of a table of proven errors: a call, a range, and the error in each of a language's types.
+def _other_names(kernels: Sequence[Kernel], language: Language) -> str:
+    """Return the sentences below the head's table: how arrays are given, and which names are private."""
+    sentences = [speed_table.ARRAYS] if any(kernel.fallback for kernel in kernels) else []
+    sentences += filter(None, [language.others])
+    # In C, where every function of a file can be called; other languages have modules, or only public functions.
+    if language.macro:
+        # Functions that serve outside of a speed table are named like public ones: one of them is the example.
+        names = [f"viscopade_{f.name}_{k.fallback.name}" for k in kernels if k.fallback for f in k.fallback.functions]
+        example = f" ({names[0]}, for example)" if names else ""
+        sentences.append(f"Other names{example} are private, and may change.")
+    return " ".join(sentences)
 
-    The slices choose among each kernel's functions, and among the ranges of each function, the narrowest first.
+
+def _table(kernels: Sequence[Kernel], language: Language, module: str, functions: slice) -> list[str]:
+    """Return the lines of a table of proven errors: a call, its widest range, and the error in each type of a language.
+
+    The slice chooses among each kernel's functions.
     """
-    titles = (f"error, {number.form}" + f" ({places(number)})" * bool(places(number)) for number in language.numbers)
+    # "error, float (host and device), name + f": a type's functions have the name in the table and a suffix, unless one
+    # call is for all types.
+    titles = [
+        f"error, {number.form}"
+        + f" ({places(number)})" * bool(places(number))
+        + f", name + {number.suffix}" * (number is not language.numbers[0] and "{suffix}" in language.call)
+        for number in language.numbers
+    ]
     rows = [("function", "range", *titles)]
     for kernel in kernels:
         for function in kernel.functions[functions]:
-            rows += [(in_module(name, module), *cells) for name, *cells in _rows(kernel, function, language, ranges)]
+            rows += [(in_module(name, module), *cells) for name, *cells in _rows(kernel, function, language)]
     # Columns are as wide as their longest text, with two blanks between.
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
-def _rows(kernel: Kernel, function: Function, language: Language, ranges: slice) -> Iterator[tuple[str, ...]]:
-    """Yield the rows of a kernel's function: its call, a range, and the error in each type of a language.
+def _rows(kernel: Kernel, function: Function, language: Language) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of a kernel's function: its call, its widest range, and the error in each type of a language.
 
-    A type whose bound has another range than the row has that range behind its error.
+    Functions of speed tables have a row more for each of their functions of arrays. A type whose bound has another
+    range than the row has that range behind its error, and a type without functions "-".
     """
-    name = call(kernel, function, language, function.arguments, language.numbers[0])
-    columns = {
-        number.form: on_all_machines(kernel, function, number)[ranges] for number in numbers_of(kernel, language)
-    }
-    if not any(columns.values()):
-        yield (name, kernel.domain, *("not proven" for _ in language.numbers))
-    # The n-th ranges of all types are one row; a type with fewer has "-".
-    for row in zip_longest(*(columns.get(number.form, ()) for number in language.numbers)):
-        texts = [range_text(bound) if bound else "" for bound in row]
-        first = next(filter(None, texts))
-        cells = (
-            error_text(bound) + f" ({text})" * (text != first) if bound else "-"
-            for bound, text in zip(row, texts, strict=True)
-        )
-        yield name, first, *cells
+    # The widest range is the last one.
+    bounds = [
+        next(iter(on_all_machines(kernel, function, number)[-1:]), None) if number.form in kernel.formats else None
+        for number in language.numbers
+    ]
+    texts = [range_text(bound) if bound else "" for bound in bounds]
+    first = next(filter(None, texts), None)
+    cells = [
+        error_text(bound) + f" ({text})" * (text != first) if bound else "-"
+        for bound, text in zip(bounds, texts, strict=True)
+    ]
+    if first is None:
+        first, cells = kernel.domain, ["not proven" for _ in language.numbers]
+    yield call(kernel, function, language, function.arguments, language.numbers[0]), first, *cells
+    if kernel.fallback is not None:
+        for name, arguments in speed_table.ARRAY_FUNCTIONS.items():
+            of_arrays = replace(function, name=f"{function.name}_{name}")
+            yield call(kernel, of_arrays, language, arguments, language.numbers[0]), first, *cells

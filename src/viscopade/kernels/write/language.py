@@ -169,6 +169,8 @@ class Language:
     take, use : str
         A line that makes the file's functions known, of {module} and {ending}; a line of use, of {call}, {type} and
         {result}: a name for the value.
+    others : str
+        A sentence of the head on what is public besides the functions of kernels.
     stem : str
         The usual name of a module.
     groups : tuple of str
@@ -218,6 +220,7 @@ class Language:
     call: str = "{name}{suffix}({arguments})"
     take: str = ""
     use: str = "{call}"
+    others: str = ""
     stem: str = "viscopade"
     groups: tuple[str, ...] = ("compact",)
     run: Runner = Runner()

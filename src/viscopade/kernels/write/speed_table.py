@@ -35,6 +35,16 @@ AHEAD = 256
 CACHE_LINE = 64  # bytes, of x86-64 and most ARM processors: one request brings as many
 FUNCTIONS = {"restitution": "EPSILON", "rebound": "REBOUND", "dissipation": "DISSIPATION"}
 """The functions, and their words in the C file: VISCOPADE_EPSILON, …"""
+ARRAY_FUNCTIONS = {
+    "array": ("n", "speed", "beta", "out"),
+    "by_pair": ("n", "speed", "pair", "beta", "out"),
+    "each": ("n", "speed", "beta", "out"),
+}
+"""Those of arrays, viscopade_restitution_array_KERNEL, …: the word in their name, and their arguments."""
+ARRAYS = (
+    "For n speeds at once: array has one beta, by_pair beta[pair[i]] and each beta[i] for speed[i]; out may be speed."
+)
+"""The sentence of a head on them."""
 _COMMENT_COLUMNS = 118  # with " * " lines end at column 121: the C file has lines up to 140
 _AS_DOUBLE = "VISCOPADE_AS(double, {})"  # a cast
 

@@ -24,5 +24,8 @@ LANGUAGE = replace(
     kernel=C.kernel.replace("{functions}", "{functions}\n\n#ifdef VISCOPADE_RUNTIME\n{generics}\n#endif"),
     procedure="{function}_{type}",
     prelude="c.h cuda.h launch.h",
+    others="Of arrays on the device: viscopade_launch<viscopade_KERNEL::FUNCTION>(n, speed, beta, out, stream), with "
+    "beta as viscopade_beta(beta), viscopade_beta_by_pair(pair, beta) or viscopade_beta_each(beta); without a host "
+    "compiler (NVRTC) viscopade_apply, as docs/reference/languages.md shows.",
     groups=("compact",),
 )
