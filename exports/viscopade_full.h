@@ -13,9 +13,14 @@
  *
  * Bounds of |error| below: ulp = unit in the last place of the result.
  * Bounds hold where the result, as computed, is a normal number.
- * function                                  range   error, double  error, float, name + f
- * viscopade_epsilon_full(v_star)            all v*  0.571 ulp      -
- * viscopade_one_minus_epsilon_full(v_star)  all v*  0.528 ulp      -
+ * function                                       range     error, double  error, float, name + f
+ * viscopade_epsilon_full(v_star)                 all v*    0.571 ulp      -
+ * viscopade_one_minus_epsilon_full(v_star)       all v*    0.528 ulp      -
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)  positive  not proven     not proven
+ * viscopade_effective_radius(R1, R2)             positive  not proven     not proven
+ * viscopade_effective_mass(m1, m2)               positive  not proven     not proven
+ * viscopade_rho(E_eff, R_eff)                    positive  not proven     not proven
+ * viscopade_beta(A, rho, m_eff)                  positive  not proven     not proven
  * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -131,6 +136,133 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #endif
 
 #ifdef VISCOPADE_INLINE
+
+#ifndef VISCOPADE_MATERIAL
+#define VISCOPADE_MATERIAL 0xcfb466e9
+
+#if defined(__CUDACC__) || defined(__HIPCC__) || defined(__CUDACC_RTC__) || defined(__HIPCC_RTC__)
+#define VISCOPADE_EVERYWHERE VISCOPADE_INLINE __host__ __device__
+#else
+#define VISCOPADE_EVERYWHERE VISCOPADE_INLINE
+#endif
+
+VISCOPADE_KERNEL(0xcfb466e9)
+
+/*
+ * E_eff of a pair with Young moduli E and Poisson ratios nu, -1 < nu <= 1/2; infinite E of a rigid body. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_effective_modulus(double E1, double nu1, double E2, double nu2)
+{
+    if (!(E1 > 0.0 && E2 > 0.0 && (nu1 > -1.0 && nu1 <= 0.5) && (nu2 > -1.0 && nu2 <= 0.5))) {
+        return nan("");
+    }
+    return 1.0 / ((1.0 - nu1) * (1.0 + nu1) / E1 + (1.0 - nu2) * (1.0 + nu2) / E2);
+}
+
+/*
+ * E_eff of a pair with Young moduli E and Poisson ratios nu, -1 < nu <= 1/2; infinite E of a rigid body. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_effective_modulusf(float E1, float nu1, float E2, float nu2)
+{
+    if (!(E1 > 0.0f && E2 > 0.0f && (nu1 > -1.0f && nu1 <= 0.5f) && (nu2 > -1.0f && nu2 <= 0.5f))) {
+        return nanf("");
+    }
+    return 1.0f / ((1.0f - nu1) * (1.0f + nu1) / E1 + (1.0f - nu2) * (1.0f + nu2) / E2);
+}
+
+/*
+ * R_eff of a pair with radii R; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_effective_radius(double R1, double R2)
+{
+    if (!(R1 > 0.0 && R2 > 0.0)) {
+        return nan("");
+    }
+    return 1.0 / (1.0 / R1 + 1.0 / R2);
+}
+
+/*
+ * R_eff of a pair with radii R; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_effective_radiusf(float R1, float R2)
+{
+    if (!(R1 > 0.0f && R2 > 0.0f)) {
+        return nanf("");
+    }
+    return 1.0f / (1.0f / R1 + 1.0f / R2);
+}
+
+/*
+ * m_eff of a pair with masses m; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_effective_mass(double m1, double m2)
+{
+    if (!(m1 > 0.0 && m2 > 0.0)) {
+        return nan("");
+    }
+    return 1.0 / (1.0 / m1 + 1.0 / m2);
+}
+
+/*
+ * m_eff of a pair with masses m; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_effective_massf(float m1, float m2)
+{
+    if (!(m1 > 0.0f && m2 > 0.0f)) {
+        return nanf("");
+    }
+    return 1.0f / (1.0f / m1 + 1.0f / m2);
+}
+
+/*
+ * rho = 4/3 E_eff sqrt(R_eff). Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_rho(double E_eff, double R_eff)
+{
+    if (!(E_eff > 0.0 && R_eff > 0.0)) {
+        return nan("");
+    }
+    return 4.0 / 3.0 * E_eff * sqrt(R_eff);
+}
+
+/*
+ * rho = 4/3 E_eff sqrt(R_eff). Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_rhof(float E_eff, float R_eff)
+{
+    if (!(E_eff > 0.0f && R_eff > 0.0f)) {
+        return nanf("");
+    }
+    return 4.0f / 3.0f * E_eff * sqrtf(R_eff);
+}
+
+/*
+ * beta = 3/2 A (rho/m_eff)^(2/5) with the dissipative constant A; pow is taken to be within 4 ulp. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_beta(double A, double rho, double m_eff)
+{
+    if (!(A >= 0.0 && (rho > 0.0 && m_eff > 0.0))) {
+        return nan("");
+    }
+    return 1.5 * A * (pow(rho, 0.4) / pow(m_eff, 0.4));
+}
+
+/*
+ * beta = 3/2 A (rho/m_eff)^(2/5) with the dissipative constant A; pow is taken to be within 4 ulp. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_betaf(float A, float rho, float m_eff)
+{
+    if (!(A >= 0.0f && (rho > 0.0f && m_eff > 0.0f))) {
+        return nanf("");
+    }
+    return 1.5f * A * (powf(rho, 0.4f) / powf(m_eff, 0.4f));
+}
+
+VISCOPADE_KERNEL_END
+
+#elif VISCOPADE_MATERIAL != 0xcfb466e9
+#error "viscopade: two headers have different kernels of one name"
+#endif
 
 #ifndef VISCOPADE_FULL
 #define VISCOPADE_FULL 0xe483cc98

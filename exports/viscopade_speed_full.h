@@ -13,19 +13,24 @@
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
  * Bounds hold where eps and the result, as computed, are normal numbers.
- * function                                                       range   error, double           error, float, name + f
- * viscopade_restitution_full(speed, beta)                        all v*  1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_restitution_array_full(n, speed, beta, out)          all v*  1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_restitution_by_pair_full(n, speed, pair, beta, out)  all v*  1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_restitution_each_full(n, speed, beta, out)           all v*  1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_rebound_full(speed, beta)                            all v*  1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_rebound_array_full(n, speed, beta, out)              all v*  1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_rebound_by_pair_full(n, speed, pair, beta, out)      all v*  1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_rebound_each_full(n, speed, beta, out)               all v*  1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_dissipation_full(speed, beta)                        all v*  1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_dissipation_array_full(n, speed, beta, out)          all v*  1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_dissipation_by_pair_full(n, speed, pair, beta, out)  all v*  1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_dissipation_each_full(n, speed, beta, out)           all v*  1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
+ * function                                                       range     error, double           error, float, name + f
+ * viscopade_restitution_full(speed, beta)                        all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
+ * viscopade_restitution_array_full(n, speed, beta, out)          all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
+ * viscopade_restitution_by_pair_full(n, speed, pair, beta, out)  all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
+ * viscopade_restitution_each_full(n, speed, beta, out)           all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
+ * viscopade_rebound_full(speed, beta)                            all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
+ * viscopade_rebound_array_full(n, speed, beta, out)              all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
+ * viscopade_rebound_by_pair_full(n, speed, pair, beta, out)      all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
+ * viscopade_rebound_each_full(n, speed, beta, out)               all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
+ * viscopade_dissipation_full(speed, beta)                        all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
+ * viscopade_dissipation_array_full(n, speed, beta, out)          all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
+ * viscopade_dissipation_by_pair_full(n, speed, pair, beta, out)  all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
+ * viscopade_dissipation_each_full(n, speed, beta, out)           all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)                  positive  not proven              not proven
+ * viscopade_effective_radius(R1, R2)                             positive  not proven              not proven
+ * viscopade_effective_mass(m1, m2)                               positive  not proven              not proven
+ * viscopade_rho(E_eff, R_eff)                                    positive  not proven              not proven
+ * viscopade_beta(A, rho, m_eff)                                  positive  not proven              not proven
  * For n speeds at once: array has one beta, by_pair beta[pair[i]] and each beta[i] for speed[i]; out may be speed.
  * Other names (viscopade_epsilon_full, for example) are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
@@ -368,6 +373,133 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
 
 enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 
+#endif
+
+#ifndef VISCOPADE_MATERIAL
+#define VISCOPADE_MATERIAL 0xcfb466e9
+
+#if defined(__CUDACC__) || defined(__HIPCC__) || defined(__CUDACC_RTC__) || defined(__HIPCC_RTC__)
+#define VISCOPADE_EVERYWHERE VISCOPADE_INLINE __host__ __device__
+#else
+#define VISCOPADE_EVERYWHERE VISCOPADE_INLINE
+#endif
+
+VISCOPADE_KERNEL(0xcfb466e9)
+
+/*
+ * E_eff of a pair with Young moduli E and Poisson ratios nu, -1 < nu <= 1/2; infinite E of a rigid body. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_effective_modulus(double E1, double nu1, double E2, double nu2)
+{
+    if (!(E1 > 0.0 && E2 > 0.0 && (nu1 > -1.0 && nu1 <= 0.5) && (nu2 > -1.0 && nu2 <= 0.5))) {
+        return nan("");
+    }
+    return 1.0 / ((1.0 - nu1) * (1.0 + nu1) / E1 + (1.0 - nu2) * (1.0 + nu2) / E2);
+}
+
+/*
+ * E_eff of a pair with Young moduli E and Poisson ratios nu, -1 < nu <= 1/2; infinite E of a rigid body. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_effective_modulusf(float E1, float nu1, float E2, float nu2)
+{
+    if (!(E1 > 0.0f && E2 > 0.0f && (nu1 > -1.0f && nu1 <= 0.5f) && (nu2 > -1.0f && nu2 <= 0.5f))) {
+        return nanf("");
+    }
+    return 1.0f / ((1.0f - nu1) * (1.0f + nu1) / E1 + (1.0f - nu2) * (1.0f + nu2) / E2);
+}
+
+/*
+ * R_eff of a pair with radii R; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_effective_radius(double R1, double R2)
+{
+    if (!(R1 > 0.0 && R2 > 0.0)) {
+        return nan("");
+    }
+    return 1.0 / (1.0 / R1 + 1.0 / R2);
+}
+
+/*
+ * R_eff of a pair with radii R; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_effective_radiusf(float R1, float R2)
+{
+    if (!(R1 > 0.0f && R2 > 0.0f)) {
+        return nanf("");
+    }
+    return 1.0f / (1.0f / R1 + 1.0f / R2);
+}
+
+/*
+ * m_eff of a pair with masses m; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_effective_mass(double m1, double m2)
+{
+    if (!(m1 > 0.0 && m2 > 0.0)) {
+        return nan("");
+    }
+    return 1.0 / (1.0 / m1 + 1.0 / m2);
+}
+
+/*
+ * m_eff of a pair with masses m; INFINITY is that of a wall. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_effective_massf(float m1, float m2)
+{
+    if (!(m1 > 0.0f && m2 > 0.0f)) {
+        return nanf("");
+    }
+    return 1.0f / (1.0f / m1 + 1.0f / m2);
+}
+
+/*
+ * rho = 4/3 E_eff sqrt(R_eff). Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_rho(double E_eff, double R_eff)
+{
+    if (!(E_eff > 0.0 && R_eff > 0.0)) {
+        return nan("");
+    }
+    return 4.0 / 3.0 * E_eff * sqrt(R_eff);
+}
+
+/*
+ * rho = 4/3 E_eff sqrt(R_eff). Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_rhof(float E_eff, float R_eff)
+{
+    if (!(E_eff > 0.0f && R_eff > 0.0f)) {
+        return nanf("");
+    }
+    return 4.0f / 3.0f * E_eff * sqrtf(R_eff);
+}
+
+/*
+ * beta = 3/2 A (rho/m_eff)^(2/5) with the dissipative constant A; pow is taken to be within 4 ulp. Not proven.
+ */
+VISCOPADE_EVERYWHERE double viscopade_beta(double A, double rho, double m_eff)
+{
+    if (!(A >= 0.0 && (rho > 0.0 && m_eff > 0.0))) {
+        return nan("");
+    }
+    return 1.5 * A * (pow(rho, 0.4) / pow(m_eff, 0.4));
+}
+
+/*
+ * beta = 3/2 A (rho/m_eff)^(2/5) with the dissipative constant A; pow is taken to be within 4 ulp. Not proven.
+ */
+VISCOPADE_EVERYWHERE float viscopade_betaf(float A, float rho, float m_eff)
+{
+    if (!(A >= 0.0f && (rho > 0.0f && m_eff > 0.0f))) {
+        return nanf("");
+    }
+    return 1.5f * A * (powf(rho, 0.4f) / powf(m_eff, 0.4f));
+}
+
+VISCOPADE_KERNEL_END
+
+#elif VISCOPADE_MATERIAL != 0xcfb466e9
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_FULL

@@ -16,9 +16,9 @@ from tests.test_readme import blocks
 
 PAGE = (ROOT / "docs" / "usage" / "c-and-cpp.md").read_text("utf-8")
 BLOCKS = blocks(PAGE)
-MAIN_C, NEEDS_VERSION = (code for kind, code in BLOCKS if kind == "c")
+MAIN_C, MATERIAL_C, NEEDS_VERSION = (code for kind, code in BLOCKS if kind == "c")
 FIND, FETCH = (code for kind, code in BLOCKS if kind == "cmake")
-(PRINTED,) = (code for kind, code in BLOCKS if kind == "text")
+PRINTED, OF_MATERIAL = (code for kind, code in BLOCKS if kind == "text")
 FETCHING = re.sub(r"find_package.*\n", FETCH, FIND)
 COPIED, OF_THE_PACKAGE, CMAKE_OF_THE_PACKAGE, CMAKE_INSTALLED, PKG_CONFIG = (code for kind, code in BLOCKS if not kind)
 INSTALL = "".join(CMAKE_INSTALLED.splitlines(keepends=True)[:2])
@@ -107,6 +107,16 @@ def test_what_the_page_prints_is_eps():
 def test_without_a_build_system(installed, tmp_path, script):
     project(tmp_path, "", main_c=MAIN_C)
     assert run(script, tmp_path, **of_package(installed)) == PRINTED
+
+
+@needs("cc")
+def test_from_a_material_to_beta(tmp_path):
+    ice = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-6}
+    pair = vp.Pair(vp.Sphere(radius=0.025, mass=0.060, **ice), vp.Sphere.wall(**ice))
+    assert f"beta = {pair.beta:.6f} (s/m)^(1/5), eps = {pair.epsilon(0.01):.6f}\n" == OF_MATERIAL
+    project(tmp_path, "", material_c=MATERIAL_C)
+    words = f"cc -std=c99 -Wall -Werror -I {shlex.quote(str(ROOT / 'exports'))} material.c -o material -lm\n./material"
+    assert run(words, tmp_path) == OF_MATERIAL
 
 
 THREE_NUMBERS = ".".join(vp.__version__.split(".")[:3])  # all that CMake knows of a version

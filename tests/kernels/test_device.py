@@ -90,6 +90,10 @@ extern "C" __host__ __device__ double log2(double);
 extern "C" __host__ __device__ double exp2(double);
 extern "C" __host__ __device__ float log2f(float);
 extern "C" __host__ __device__ float exp2f(float);
+extern "C" __host__ __device__ double sqrt(double);
+extern "C" __host__ __device__ float sqrtf(float);
+extern "C" __host__ __device__ double pow(double, double);
+extern "C" __host__ __device__ float powf(float, float);
 extern "C" __host__ __device__ double nan(const char *);
 extern "C" __host__ __device__ float nanf(const char *);
 """

@@ -103,7 +103,7 @@ def test_the_head_of_a_header_lists_every_public_function(name):
         re.findall(r"Private in this file.*?\n \*/\n(?:#define [^\n]*\n)?\w+ double (viscopade_\w+)", code, re.DOTALL)
     )
     functions = {f for f in (*DEFINED.findall(code), *OF_ARRAYS.findall(code)) if not PRIVATE.fullmatch(f)} - private
-    listed = re.findall(r"^ \* (viscopade_\w+)\(.*\)  .*\d", head, re.MULTILINE)
+    listed = re.findall(r"^ \* (viscopade_\w+)\(.*\)  .*(?:\d|not proven)", head, re.MULTILINE)
     assert functions
     assert {f for f in functions if f not in listed and f.removesuffix("f") not in listed} == set()
     assert set(listed) <= functions

@@ -111,6 +111,52 @@ def beta_branch() -> CodeBranch:
     return CodeBranch(speed > ZERO, (), {"beta": v_star * v_star / Call("pow", (speed, Literal("0.2")))})
 
 
+# --- from materials to beta -------------------------------------------------------------------------------------------
+
+
+def _all_positive(*names: str) -> Expression:
+    """Return the condition that numbers are above 0, and not NaN; infinity is."""
+    condition, *others = (Name(name) > ZERO for name in names)
+    for other in others:
+        condition = both(condition, other)
+    return condition
+
+
+def effective_modulus_branch() -> CodeBranch:
+    """Return E_eff of the Young moduli E1, E2 and the Poisson ratios nu1, nu2, > -1 and <= 1/2, of two bodies."""
+    # 1/E_eff = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; (1 - nu) (1 + nu) loses no digits near nu = -1.
+    compliances = [(ONE - Name(f"nu{n}")) * (ONE + Name(f"nu{n}")) / Name(f"E{n}") for n in (1, 2)]
+    accepted = _all_positive("E1", "E2")
+    for ratio in (Name("nu1"), Name("nu2")):
+        accepted = both(accepted, both(ratio > Literal("-1.0"), ratio <= Literal("0.5")))
+    return CodeBranch(accepted, (), {"E_eff": ONE / (compliances[0] + compliances[1])})
+
+
+def reduced_branch(first: str, second: str, result: str) -> CodeBranch:
+    """Return the effective radius or mass of two radii or masses of these names; that of a wall is infinite."""
+    # R_eff = R1 R2/(R1 + R2), as 1/R_eff = 1/R1 + 1/R2, where infinity leaves the other one.
+    return CodeBranch(
+        _all_positive(first, second), (), {result: ONE / (ONE / Name(first) + ONE / Name(second))}
+    )  # fmt: skip
+
+
+def rho_branch() -> CodeBranch:
+    """Return rho of E_eff and R_eff: the force of Hertz is rho times (compression)^(3/2)."""
+    # rho = 4/3 E_eff sqrt(R_eff) (the paper's Eq. 3)
+    four_thirds = Literal("4.0") / Literal("3.0")
+    rho = four_thirds * Name("E_eff") * Call("sqrt", (Name("R_eff"),))
+    return CodeBranch(_all_positive("E_eff", "R_eff"), (), {"rho": rho})
+
+
+def beta_of_material_branch() -> CodeBranch:
+    """Return beta of the dissipative constant A >= 0, rho and m_eff of a pair."""
+    # beta = 3/2 A (rho/m_eff)^(2/5) (the paper's Eq. 8), power by power, because rho/m_eff may overflow in type float.
+    two_fifths = Literal("0.4")
+    powers_quotient = Call("pow", (Name("rho"), two_fifths)) / Call("pow", (Name("m_eff"), two_fifths))
+    accepted = both(Name("A") >= ZERO, _all_positive("rho", "m_eff"))
+    return CodeBranch(accepted, (), {"beta": Literal("1.5") * Name("A") * powers_quotient})
+
+
 # --- quotients of polynomials in v* -----------------------------------------------------------------------------------
 
 

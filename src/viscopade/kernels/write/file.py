@@ -31,6 +31,7 @@ from viscopade.generated import (
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import INFINITY, End, ErrorBound, weakest
 from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.material import NOT_PROVEN, material_kernel
 from viscopade.kernels.write import speed_table
 from viscopade.kernels.write.language import Language, Number
 from viscopade.kernels.write.writer import function_text, generic_text, table_text, words_of
@@ -38,7 +39,7 @@ from viscopade.kernels.write.writer import function_text, generic_text, table_te
 HEAD = 50
 """Most lines of a file's head, with those that begin and end the comment: a screen; a longer table is cut.
 
-The longest head in `exports` is that of a speed table, with twelve functions; it has 38 lines.
+The longest head in `exports` is that of a speed table, with twelve functions; it has 43 lines.
 """
 PAGE = "docs/reference/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
@@ -98,9 +99,12 @@ def file_text(
     # The texts of kernels, each after that of the kernel that serves outside its table. What all speed tables share
     # comes first, once.
     texts = [speed_table.shared_text()] if any(kernel.fallback for kernel in kernels) else []
+    # The file of a scene, which has a head of its own, needs no beta of other materials.
+    if language.material is not None and not lines:
+        texts.append(kernel_text(material_kernel(), language.material, NOT_PROVEN))
     for kernel in kernels:
         if kernel.fallback is not None:
-            texts.append(kernel_text(kernel.fallback, language, private=True))
+            texts.append(kernel_text(kernel.fallback, language, " Private in this file: for w outside the table."))
         texts.append(kernel_text(kernel, language))
     # A helper is a file with one function, whose name is that of the file up to its first point.
     helpers = (
@@ -142,12 +146,11 @@ def prelude(name: str) -> str:
     return (files(__package__) / "preludes" / name).read_text(encoding="utf-8").rstrip("\n")
 
 
-def kernel_text(kernel: Kernel, language: Language, *, private: bool = False) -> str:
+def kernel_text(kernel: Kernel, language: Language, role: str = "") -> str:
     """Return the functions of a kernel in a language, each after what is proven of it.
 
-    With `private` the comments say that the functions serve a speed table outside of its rows.
+    `role` is a sentence for the comment of each, after a blank, or nothing.
     """
-    role = " Private in this file: for w outside the table." if private else ""
     # `code` is what makes the kernel's identity: tables and functions without their comments.
     code = [table_text(kernel, table, language) for table in kernel.tables]
     texts = list(code)
@@ -443,6 +446,12 @@ def _table(kernels: Sequence[Kernel], language: Language, module: str, functions
     for kernel in kernels:
         for function in kernel.functions[functions]:
             rows += [(in_module(name, module), *cells) for name, *cells in _rows(kernel, function, language)]
+    if language.material is not None:
+        rows += [
+            row
+            for function in material_kernel().functions
+            for row in _rows(material_kernel(), function, language.material)
+        ]
     # Columns are as wide as their longest text, with two blanks between.
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

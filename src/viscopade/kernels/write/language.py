@@ -169,6 +169,9 @@ class Language:
     take, use : str
         A line that makes the file's functions known, of {module} and {ending}; a line of use, of {call}, {type} and
         {result}: a name for the value.
+    material : Language or None
+        The language with which a file has the functions of `kernels.material` before those of kernels; None: it has
+        none.
     others : str
         A sentence of the head on what is public besides the functions of kernels.
     stem : str
@@ -220,6 +223,7 @@ class Language:
     call: str = "{name}{suffix}({arguments})"
     take: str = ""
     use: str = "{call}"
+    material: Language | None = None
     others: str = ""
     stem: str = "viscopade"
     groups: tuple[str, ...] = ("compact",)

@@ -1,5 +1,6 @@
 """C: headers in C99 that are valid C++, too."""
 
+from dataclasses import replace
 from functools import partial
 
 from viscopade.arithmetic.formats import Format
@@ -19,7 +20,7 @@ def _words(form: Format) -> dict[str, str]:
     return bits_calls | {name: f"VISCOPADE_AS({kind}, {{0}})" for name, kind in types.items()}
 
 
-LANGUAGE = Language(
+_KERNELS = Language(
     name="c",
     ending=".h",
     comment=" *",
@@ -61,3 +62,23 @@ LANGUAGE = Language(
     run=Runner("c.c", ("cc", "gcc", "clang"), "{tool} -O2 {driver} -o {program} -lm", "{program}", "CC"),
     groups=("pade", "minimax", "inverse"),
 )  # fmt: skip
+
+# Functions from materials to beta: for devices, too, where a compiler of CUDA or HIP reads the header. All they need is
+# in their block, so that it is the same in all headers.
+LANGUAGE = replace(
+    _KERNELS,
+    material=replace(
+        _KERNELS,
+        begin="VISCOPADE_EVERYWHERE {type} viscopade_{function}{suffix}({arguments})\n{{",
+        call="viscopade_{function}{suffix}({arguments})",
+        kernel=_KERNELS.kernel.replace(
+            "VISCOPADE_KERNEL({identity})",
+            "#if defined(__CUDACC__) || defined(__HIPCC__) || defined(__CUDACC_RTC__) || defined(__HIPCC_RTC__)\n"
+            "#define VISCOPADE_EVERYWHERE VISCOPADE_INLINE __host__ __device__\n"
+            "#else\n"
+            "#define VISCOPADE_EVERYWHERE VISCOPADE_INLINE\n"
+            "#endif\n\n"
+            "VISCOPADE_KERNEL({identity})",
+        ),
+    ),
+)
