@@ -127,7 +127,10 @@ def read(text: str) -> Header:
     native = re.search(rf"and {_NUMBER} min\(eps, 1 - eps\) in type float", comment)
     if native:
         bounds["float"] = Fraction(native[1])
-    rows = tuple(tuple(map(_literal, line.strip(" {},").split(","))) for line in body.splitlines())
+    # Rows in braces, each with a comma after it, and nothing else: several may be on a line.
+    if not re.fullmatch(r"(?:\s*\{[^{}]*\},)+\s*", body):
+        raise Wrong("the table has something else than rows in braces, each with a comma after it")
+    rows = tuple(tuple(map(_literal, row.split(","))) for row in re.findall(r"\{([^{}]*)\}", body))
     octaves = stated["last"] - stated["first"] + 1
     if len(rows) != int(size) or len(rows) != octaves * stated["rows"] or {len(row) for row in rows} != {int(width)}:
         raise Wrong(f"the table has not {octaves} octaves of {stated['rows']} rows of {width} numbers")

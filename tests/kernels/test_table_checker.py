@@ -123,14 +123,25 @@ def test_a_rise_and_a_row_that_does_not_fall_are_refused():
 
 def test_texts_that_do_not_fit_are_refused():
     text = TEXTS["1e-5"]
-    first = text.index("    {", text.index("viscopade_table_"))
-    end = text.index("\n", first)
+    # The first row: several are on its line.
+    first = text.index("    {", text.index("viscopade_table_")) + 4
+    end = text.index("},", first) + 2
+    row = text[first:end]
+    assert text[end : end + 2] == " {"
     for changed, message in (
         (text[:first] + text[end + 1 :], "has not 128 octaves of 64 rows"),
+        (text[:first] + text[text.index("\n", first) + 1 :], "has not 128 octaves of 64 rows"),
+        (text[:first] + f"{row} {row}" + text[end:], "has not 128 octaves of 64 rows"),
+        (text[:first] + row.replace("},", ", 0x1p+0f},") + text[end:], "has not 128 octaves of 64 rows"),
+        (text[:first] + row.replace(",", "},{", 1) + text[end:], "has not 128 octaves of 64 rows"),
+        (text[:end] + " 0x1p+0f," + text[end:], "something else than rows"),
+        (text[: end - 1] + text[end:], "something else than rows"),
+        (text[:first] + f"{{{row}}}," + text[end:], "something else than rows"),
+        (text[:first] + f"/* {row} */" + text[end:], "something else than rows"),
         (text.replace(" rows of coefficients", " rows"), "the comment has no"),
         (text.replace("VISCOPADE_TABLE float viscopade_table_", "static float viscopade_"), "there is no table"),
-        (text[:first] + "    {1.5, 0x1p+0f}," + text[end:], "no hexadecimal constant"),
-        (text[:first] + "    {0x1.00000001p+0f, 0x1p+0f}," + text[end:], "no normal number of type float"),
+        (text[:first] + "{1.5, 0x1p+0f}," + text[end:], "no hexadecimal constant"),
+        (text[:first] + "{0x1.00000001p+0f, 0x1p+0f}," + text[end:], "no normal number of type float"),
     ):
         with pytest.raises(Wrong, match=message):
             read(changed)

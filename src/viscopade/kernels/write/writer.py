@@ -40,6 +40,10 @@ from viscopade.kernels.write.language import Language, Number
 _TAB = " " * 4
 # Wraps an expression: of `WIDTH` columns 24 are left for what is no part of it, indent and "const double elastic = ".
 _LINES = TextWrapper(WIDTH - 24, break_long_words=False, break_on_hyphens=False)
+# Wraps rows of a table: lines of a generated file have at most 120 columns.
+_ROWS = TextWrapper(
+    120, initial_indent=_TAB, subsequent_indent=_TAB, break_long_words=False, break_on_hyphens=False
+)  # fmt: skip
 # A blank before an operator: lines do not break there, but after it.
 _OPERATOR = re.compile(r" (?=(?:\W{1,2}|and|or|else|if) )")
 _CONDITIONS = ("<", "<=", ">", ">=", "==", AND)
@@ -77,12 +81,17 @@ def words_of(kernel: Kernel, function: Function) -> dict[str, str]:
 
 
 def table_text(kernel: Kernel, table: Table, language: Language) -> str:
-    """Return the text of a kernel's table in a language, with hexadecimal numbers: a line for each row."""
+    """Return the text of a kernel's table in a language, with hexadecimal numbers.
+
+    A line has as many whole rows as fit; a row that is longer than a line has one of its own.
+    """
     form = FORMATS[table.form]
-    lines = [f"    {{{form.hexadecimal(*row)}}}," for row in table.rows]
+    # No-break spaces within a row, while lines are broken, keep it whole.
+    rows = [f"{{{form.hexadecimal(*row)}}},".replace(" ", "\N{NO-BREAK SPACE}") for row in table.rows]
+    values = "\n".join(_ROWS.wrap(" ".join(rows))).replace("\N{NO-BREAK SPACE}", " ")
     return language.table.format(
         type=language.number(table.form).type, table=table.name, kernel=kernel.name, rows=table.shape[0],
-        columns=table.shape[1], values="\n".join(lines),
+        columns=table.shape[1], values=values,
     )  # fmt: skip
 
 
