@@ -22,6 +22,7 @@
 // viscopade::restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 // viscopade::rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 // viscopade::dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
+// Without std (crate num-traits, feature libm): mod viscopade { use num_traits::Float; include!("viscopade.rs"); }
 // Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
 // Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -30,14 +31,16 @@
 // Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade
 // 1.0.0.dev0.
 
+/// The version of viscopade that made this file.
 #[allow(dead_code)]
 pub const VERSION: &str = "1.0.0.dev0";
+/// 10000 major + 100 minor + patch of the version.
 #[allow(dead_code)]
-pub const VERSION_NUMBER: u32 = 10000; // 10000 major + 100 minor + patch
+pub const VERSION_NUMBER: u32 = 10000;
 
-// eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+/// eps.
+/// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+/// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -68,9 +71,9 @@ pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
     elastic / (elastic + lost)
 }
 
-// eps.
-// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+/// eps.
+/// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+/// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -101,9 +104,9 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     elastic / (elastic + lost)
 }
 
-// eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+/// eps speed, the speed after the collision.
+/// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+/// and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -134,10 +137,10 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     elastic / (elastic + lost) * speed
 }
 
-// eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
-// numbers.
+/// eps speed, the speed after the collision.
+/// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+/// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+/// numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -168,9 +171,9 @@ pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     elastic / (elastic + lost) * speed
 }
 
-// 1 - eps^2.
-// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
-// are normal numbers.
+/// 1 - eps^2.
+/// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+/// are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -202,9 +205,9 @@ pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-// 1 - eps^2.
-// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
-// w = beta^5 speed, as computed, are normal numbers.
+/// 1 - eps^2.
+/// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+/// w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -236,9 +239,9 @@ pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-// eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+/// eps.
+/// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+/// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -272,9 +275,9 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     elastic / (elastic + lost)
 }
 
-// eps.
-// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+/// eps.
+/// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+/// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -308,9 +311,9 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     elastic / (elastic + lost)
 }
 
-// eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+/// eps speed, the speed after the collision.
+/// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+/// and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -344,10 +347,10 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     elastic / (elastic + lost) * speed
 }
 
-// eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
-// numbers.
+/// eps speed, the speed after the collision.
+/// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+/// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+/// numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -381,9 +384,9 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     elastic / (elastic + lost) * speed
 }
 
-// 1 - eps^2.
-// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
-// are normal numbers.
+/// 1 - eps^2.
+/// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+/// are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -418,9 +421,9 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-// 1 - eps^2.
-// Error <= 1.54e-5 r for 0.001 <= v* <= 10; 1.84e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
-// w = beta^5 speed, as computed, are normal numbers.
+/// 1 - eps^2.
+/// Error <= 1.54e-5 r for 0.001 <= v* <= 10; 1.84e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+/// w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -455,9 +458,9 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-// eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+/// eps.
+/// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+/// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -496,9 +499,9 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     elastic / (elastic + lost)
 }
 
-// eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+/// eps speed, the speed after the collision.
+/// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+/// and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -537,9 +540,9 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     elastic / (elastic + lost) * speed
 }
 
-// 1 - eps^2.
-// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
-// are normal numbers.
+/// 1 - eps^2.
+/// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+/// are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;

@@ -1,6 +1,7 @@
 """Files around the functions: heads, names, versions, and what compilers say of the headers."""
 
 import re
+import shutil
 import subprocess
 from fractions import Fraction
 from importlib.metadata import version
@@ -258,7 +259,11 @@ def test_headers_tell_their_version():
 
 REFUSED = {
     "c89": "C99 or later",
-    "gnu99 -fsingle-precision-constant": "constants_of_type_double",
+    **{
+        f"{standard} -fsingle-precision-constant": "viscopade: expected no -fsingle-precision-constant, which breaks"
+        for standard in ("c99", "gnu99", "gnu++11", "c++17")
+    },
+    "gnu++98 -fsingle-precision-constant": "expected_no_fsingle_precision_constant",
     "c99 -U__SIZEOF_DOUBLE__ -D__SIZEOF_DOUBLE__=4": "a double of 64 bits",  # as avr-gcc has it
     "c++17 -U__SIZEOF_DOUBLE__ -D__SIZEOF_DOUBLE__=4": "a double of 64 bits",
 }
@@ -277,12 +282,15 @@ def test_a_compiler_that_would_break_bounds_gets_one_line(name, options):
     assert REFUSED[options] in line
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_an_old_standard_gets_one_line(name):
+@pytest.mark.parametrize(
+    "names", [*([name] for name in TABLES), [*TABLES[:2], WITHOUT_TABLES[0]]], ids=lambda names: ", ".join(names)
+)
+def test_an_old_standard_gets_one_line(names):
+    """Also of several headers, the first of which is refused."""
     words = compiled.compiler("c++14")
     if "clang" in subprocess.run([words[0], "--version"], capture_output=True, text=True).stdout:
         pytest.skip("Clang reads hexadecimal constants in every standard")
-    run = checked([name], "int unused;", *words)
+    run = checked(names, "int unused;", *words)
     assert run.returncode != 0
     (line,) = errors_of(run)
     assert "C99, C++17, " in line
@@ -301,7 +309,11 @@ ALONE = [([name], standard, "cc") for name, standard in product(OF_KERNELS, ("c9
 @pytest.mark.parametrize(("names", "standard", "maker"), [*TOGETHER, *ALONE])
 def test_headers_compile_without_warnings(names, standard, maker):
     """Each needs no other one."""
-    strict = (*compiled.WARNINGS, *(("-Wold-style-cast",) if "++" in standard else ()))
+    # Not in the list for all tests, whose own code has declarations after statements.
+    more = ("-Wold-style-cast", "-Wuseless-cast") if "++" in standard else ("-Wdeclaration-after-statement",)
+    if maker == "clang":
+        more = more[:1]  # which has no -Wuseless-cast
+    strict = (*compiled.WARNINGS, "-Wfloat-equal", *more)
     run = checked(names, "int used(void);\nint used(void) { return 0; }", *compiled.compiler(standard, maker), *strict)
     assert run.returncode == 0, run.stderr[:1000]
 
@@ -316,3 +328,38 @@ def test_all_headers_in_one_program(tmp_path, standard):
     for name, function in first.items():
         numbers = (0.5, 1.25, 0.0, 3.0)[: len(function.argtypes)]
         np.testing.assert_equal(library[name](*numbers), function(*numbers))
+
+
+# --- Rust -------------------------------------------------------------------------------------------------------------
+
+# In place of the crate num-traits with its feature libm, which this test does not have.
+WITHOUT_STD = """//! A crate without the standard library.
+#![no_std]
+#![deny(warnings, missing_docs)]
+
+/// What `num_traits::Float` has of functions.
+pub trait Float: Copy {
+FUNCTIONS
+}
+/// The functions.
+pub mod viscopade { use crate::Float; include!("viscopade.rs"); }
+"""
+
+
+def test_the_file_for_rust_needs_no_std_and_every_public_item_has_a_comment(tmp_path):
+    """As its head says: a trait gives what the type f64 has in std alone."""
+    rustc = shutil.which("rustc")
+    if rustc is None:
+        pytest.skip("there is no rustc")
+    text = (EXPORTS / "viscopade.rs").read_text()
+    assert 'mod viscopade { use num_traits::Float; include!("viscopade.rs"); }' in text
+    names = {"log2": "", "exp2": "", "sqrt": "", "cbrt": "", "powf": "_: Self"}
+    lines = [f"    /// {n}\n    fn {n}(self{', ' * bool(given)}{given}) -> Self;" for n, given in names.items()]
+    bodies = [line.partition("\n    ")[2].replace(";", " { self }") for line in lines]
+    crate = WITHOUT_STD.replace("FUNCTIONS", "\n".join(lines))
+    crate += "".join(f"impl Float for {kind} {{ {' '.join(bodies)} }}\n" for kind in ("f32", "f64"))
+    (tmp_path / "viscopade.rs").write_text(text)
+    (tmp_path / "crate.rs").write_text(crate)
+    words = [rustc, "--edition", "2021", "--crate-type", "lib", "--crate-name", "without", "--emit", "metadata"]
+    ran = subprocess.run([*words, "crate.rs"], cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr

@@ -70,7 +70,6 @@ from viscopade.kernels.expressions import (
     TableRow,
     Word,
     both,
-    equal,
     in_pairs,
 )
 from viscopade.kernels.formulas import OCTAVES, ZERO, bits, count, from_bits, lost_energy, octaves, power_of_two
@@ -727,7 +726,8 @@ def v_star_kernel_branch(kernel: str) -> CodeBranch:
         Call(f"viscopade_{name}_{kernel}", (Name("v_star"),)) for name in ("epsilon", "one_minus_epsilon")
     )
     # Without the choice, the speed after the collision would be 0 times infinity at an infinite speed.
-    rebound = Select(both(equal(eps, ZERO), speed > Name("largest")), speed, eps * speed)
+    # eps <= 0 is eps = 0: compilers may warn of an equality (GCC's -Wfloat-equal).
+    rebound = Select(both(eps <= ZERO, speed > Name("largest")), speed, eps * speed)
     results = {"restitution": eps, "rebound": rebound, "dissipation": lost_energy(eps, call_loss)["of_both"]}
     program = Statement("v_star", branch.results["v_star"]), Statement("eps", call_eps)
     return CodeBranch(branch.guard, program, results)

@@ -312,7 +312,7 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
             errors = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
             conditions = filter(None, [f"Error{place} <= {errors}", where_normal(kernel, bounds)])
             lines += wrapped(f"{', '.join(conditions)}.")
-    yield language.block.format(lines=comment(lines, language.comment))
+    yield language.block.format(lines=comment(lines, language.doc or language.comment))
     # The macro has the first number of the error on the widest range, the last one; the rest is a comment.
     for bound in on_all_machines(kernel, function, number)[-1:] if language.macro else ():
         (first, unit), *others = error_parts(bound) or [("0", "r")]

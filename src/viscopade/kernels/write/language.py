@@ -140,6 +140,8 @@ class Language:
         The condition that an {argument} is no number, where a language converts other types to numbers.
     continued : str
         What stands at the end of a line that goes on in the next.
+    doc : str
+        What begins a line of the comment before a public function, if it is not `comment`.
     block : str
         A comment, of {lines}.
     file : str
@@ -208,6 +210,7 @@ class Language:
     either: str = "||"
     absent: str = ""
     continued: str = ""
+    doc: str = ""
     block: str = "{lines}"
     file: str = "{head}\n\n{version}\n\n{functions}\n"
     version: str = ""

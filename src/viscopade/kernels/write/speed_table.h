@@ -295,12 +295,12 @@ VISCOPADE_SELDOM REAL viscopade_elsewhere_NAME(REAL speed, REAL beta, int what)
     const double eps = BEYOND_EPS;
 
     if (what == VISCOPADE_DISSIPATION) {
-        return VISCOPADE_AS(REAL, BEYOND_DISSIPATION);
+        return BEYOND_DISSIPATION;
     }
     if (what == VISCOPADE_REBOUND) {
-        return VISCOPADE_AS(REAL, BEYOND_REBOUND);
+        return BEYOND_REBOUND;
     }
-    return VISCOPADE_AS(REAL, BEYOND_RESTITUTION);
+    return BEYOND_RESTITUTION;
 }
 
 VISCOPADE_ALWAYS REAL viscopade_one_NAME(REAL speed, REAL beta, int what)

@@ -181,6 +181,7 @@ def _type_words(kernel: Kernel, table: Table, language: Language, form: Format) 
 
     # Numbers of a row are cast where the table has another type.
     in_columns, cast = table.form == DOUBLE.name, "{}" if form.name == table.form else _AS_DOUBLE
+    cast_back = "{}" if form == DOUBLE else "VISCOPADE_AS(float, {})"
     smallest, width, index = "DBL_MIN" if form == DOUBLE else "FLT_MIN", len(names), written(row.index)
 
     def in_double(expression: Expression) -> str:
@@ -217,5 +218,7 @@ def _type_words(kernel: Kernel, table: Table, language: Language, form: Format) 
         # Numbers in a cache line.
         "LINE": str(CACHE_LINE // form.bytes),
         "VALID": in_double(beyond.guard),
-        **{f"BEYOND_{name.upper()}": in_double(value) for name, value in [*beyond.program, *beyond.results.items()]},
+        **{f"BEYOND_{name.upper()}": in_double(value) for name, value in beyond.program},
+        # Results have the type: no cast of a number to its own type (GCC's -Wuseless-cast).
+        **{f"BEYOND_{name.upper()}": cast_back.format(in_double(value)) for name, value in beyond.results.items()},
     }

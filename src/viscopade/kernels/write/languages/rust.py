@@ -7,6 +7,7 @@ LANGUAGE = Language(
     name="rust",
     ending=".rs",
     comment="//",
+    doc="///",
     numbers=tuple(
         Number((a,), kind, shortest(a), suffix, kind + "::{name}", {"pow": kind + "::powf({0}, {1})"}, kind + "::NAN")
         for a, kind, suffix in ((HOST, "f64", ""), (HOST_FLOAT, "f32", "_f32"))
@@ -24,10 +25,14 @@ LANGUAGE = Language(
     end="}}",
     close="}}",
     select="if {condition} {{ {met} }} else {{ {otherwise} }}",
-    version='#[allow(dead_code)]\npub const VERSION: &str = "{version}";\n'
-    "#[allow(dead_code)]\npub const VERSION_NUMBER: u32 = {number}; // 10000 major + 100 minor + patch",
+    version='/// The version of viscopade that made this file.\n#[allow(dead_code)]\n'
+    'pub const VERSION: &str = "{version}";\n'
+    "/// 10000 major + 100 minor + patch of the version.\n#[allow(dead_code)]\n"
+    "pub const VERSION_NUMBER: u32 = {number};",
     call="viscopade::{name}{suffix}({arguments})",
     take="mod {module};",
     use="let {result} = {call};",
+    others="Without std (crate num-traits, feature libm): "
+    'mod viscopade { use num_traits::Float; include!("viscopade.rs"); }',
     run=Runner("rust.rs", ("rustc",), "{tool} --edition 2021 -O {driver} -o {program}", "{program}"),
 )  # fmt: skip

@@ -20,6 +20,7 @@
 #if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__)
 #error "viscopade: expected C99, C++17, or the older C++ of GNU (-std=gnu++11): this table has hexadecimal constants"
 #undef VISCOPADE_INLINE
+#define VISCOPADE_REFUSED
 #endif
 #endif
 
