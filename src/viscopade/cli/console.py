@@ -400,6 +400,32 @@ ADHESION = option(
     metavar="QUANTITY",
     help="Work of adhesion of the material's surfaces, twice its surface energy, in J/m^2.",
 )
+
+
+class _Length(Quantity):
+    """Type of an option that takes two lengths: what begins with a minus is the next option."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return a length in m from a typed `value`; Click also passes the option `param` and the command `ctx`."""
+        if str(value).startswith("-"):
+            raise click.UsageError("--size needs two lengths, such as '8.6 cm' '6 cm'")
+        return super().convert(value, param, ctx)
+
+
+TITLE = option("--title", group="Output", help="Title above the picture.")
+SIZE = with_options(
+    option(
+        "--size",
+        group="Output",
+        type=_Length("length"),
+        nargs=2,
+        help="Width and height of a picture, such as '8.6 cm' '6 cm'.",
+    ),
+    # 7.5 points are `font.size` of all our pictures (`viscopade.plots.sheet.STYLE`).
+    option("--font-size", group="Output", type=Real(), help="Font size of a picture in points.  [default: 7.5]"),
+)
+"""Options that fit a picture to a page, --size and --font-size; `page_of` takes their values."""
+
 EFFECTIVE_MASS = option(
     "--mass", group="Advanced", type=Quantity("mass", " > 0"), help="Effective mass, m1 m2/(m1 + m2)."
 )

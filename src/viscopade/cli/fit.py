@@ -22,6 +22,7 @@ import click
 from viscopade.cli.console import (
     SIZE,
     STYLE,
+    TITLE,
     Command,
     FilePath,
     Quantity,
@@ -30,6 +31,7 @@ from viscopade.cli.console import (
     examples,
     material,
     option,
+    page_of,
     pair_of,
     picture_kind,
     say,
@@ -194,6 +196,8 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     default="power",
     help="Form of that function: a capped power, or a monotone table.  [default: power]",
 )
+@TITLE
+@SIZE
 @STYLE
 def fit(
     data: tuple[Path, ...],

@@ -21,6 +21,7 @@ from viscopade.cli.console import (
     NO_FALL,
     SIZE,
     STYLE,
+    TITLE,
     Command,
     Degrees,
     FilePath,
@@ -32,6 +33,7 @@ from viscopade.cli.console import (
     limits_of,
     material,
     option,
+    page_of,
     pair_with,
     picture_kind,
     say,
@@ -97,9 +99,16 @@ _CURVES = (
 )
 @with_options(*_CURVES)
 @option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
-@option("--title", group="Output", help="Title above the picture.")
-@option("--size", group="Output", type=_Length("length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
-@option("--font-size", group="Output", type=Real(), help="Font size in points.  [default: 7.5]")
+@option(
+    "--speed-axis",
+    group="Output",
+    type=click.Choice(["logarithmic", "linear"]),
+    default="logarithmic",
+    show_default=True,
+    help="Scale of the axis of speeds, or of v*.",
+)
+@TITLE
+@SIZE
 @option("-o", "--output", group="Output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
 def plot(
     file: Path | None,
@@ -157,24 +166,6 @@ def plot(
     say(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"], options["adhesion"]):
         say(f"Warning: {text}.")
-
-
-def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Return width and height in inches, from `size` in m: each from 2 cm to 2 m."""
-    if size is None:
-        return None
-    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
-    width, height = map(float, size)
-    if not 0.02 <= min(width, height) <= max(width, height) <= 2:
-        raise ValueError(f"size is {width:g} m, {height:g} m: expected width and height from 2 cm to 2 m")
-    return width / _INCH, height / _INCH
-
-
-def _points(font_size: float | None) -> float:
-    """Return the font size in points; from 3, which can just be read, to 72, an inch (chosen by hand)."""
-    if font_size is not None and not 3 <= font_size <= 72:
-        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
-    return _LETTERS if font_size is None else font_size
 
 
 @click.command("table", cls=Command, epilog=examples("viscopade table --from 0.1 --to 10"))
