@@ -825,6 +825,17 @@ def test_a_run_is_noted_only_if_it_differs(tmp_path):
     assert deck_of(tmp_path, text.replace("run", "#")).runs[0].line is None
 
 
+def test_the_contacts_of_a_run_in_an_if_are_shown(tmp_path):
+    """The run may happen: its contacts must not be lost because the next line changes them."""
+    changed = CONTACT.replace("$x", "5").replace(
+        "run 1", "if 'a == b' then 'run 5'\npair_coeff * * hooke 1e4 9 tangential linear_nohistory 0 0\nrun 1"
+    )
+    coefficients = [run.contacts[0].settings["coefficients"] for run in deck_of(tmp_path, changed).runs]
+    assert coefficients == ["1e4 5", "1e4 9"]
+    with pytest.raises(ValueError, match="an if without then"):
+        deck_of(tmp_path, f"if 'a == b'\n{CONTACT}")
+
+
 def test_a_million_atoms_of_read_data_are_a_range(tmp_path):
     rows = "\n".join(f"{i} 1 {1 + i / 1e3!r} 2.5 0 0 0" for i in range(1, 1001))
     text = f"atom_style sphere\nread_data data\n{CONTACT.replace('$x', '5').replace('create_atoms 1 box', '')}"

@@ -319,8 +319,9 @@ class _Reader:
                 self.variables.define(command[1], "if", "", self.line.number)
             elif len(command) > 1 and command[0] == "jump":
                 self.do_jump(command)
-            # A run changes no contact: if it is left out here, the next run has the same ones, or the end of the file.
-            elif command[:1] == ["include"] or (command and lammps.decides(command) and command[0] != "run"):
+            elif command[:1] == ["run"]:
+                self.take_run(self.line)  # it may happen: its contacts are shown, as those of any run
+            elif command[:1] == ["include"] or (command and lammps.decides(command)):
                 raise ValueError(f"an if, which is not computed here, decides whether {command[0]} is read")
 
     def do_quit(self, _: list[str]) -> None:
