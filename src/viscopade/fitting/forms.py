@@ -169,11 +169,17 @@ _JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^
 _LONGEST, _MOST_WORDS = 80, 12
 _LONG_WORD = 4  # characters of a unit without a sign in it, at most: "measured" is no unit, "cms" and "inch" are
 
+# Name as `plain` writes it, or a single capital letter -> quantities. Names of series, which need a number behind them,
+# end in a line feed here: no other name has one.
 _NAMES: dict[str, tuple[str, ...]] = {}
 
 
 def plain(text: str) -> str:
-    """Return a name in lower case without accents, with _ for other characters."""
+    """Return a name in lower case without accents, with _ for other characters, such as blanks and brackets.
+
+    The signs ± and % (an error, a unit), and * and ' (v* and v' are not v) stay.
+    """
+    # NFKD separates letters and their accents, which are U+0300 to U+036F.
     folded = unicodedata.normalize("NFKD", text.translate(_MARKS).casefold())
     return re.sub(r"[^a-z0-9±%*']+", "_", re.sub(r"[\u0300-\u036f]", "", folded)).strip("_")
 
@@ -187,7 +193,7 @@ for _quantity, (_, _names, _) in {**QUANTITIES, **SERIES}.items():
 def quantities(name: str) -> tuple[str, ...]:
     """Return the quantities that a name may stand for; those of a series with their number, such as "heights 2"."""
     key = name.strip() if name.strip() in _NAMES else plain(name)  # a capital letter may have a meaning of its own
-    if key in ("start", "stop"):  # of phyphox, beside stop_2, …
+    if key in ("start", "stop"):  # of phyphox, the instants of bounces 0 and 1, beside stop_2, …
         return (f"bounces {int(key == 'stop')}",)
     # "h2", "h_2", "bounce 12": a series. By hand, a number has up to three digits: a longer one, such as a year, is no
     # column's.
@@ -238,12 +244,12 @@ def header(text: str) -> Header:
     """
     # A long text, or one without letters, is no header; ± and / are signs of errors and of a unit, as in "±" and "/s".
     text = text.replace("+/-", "±").replace("+-", "±")
-    words = len(text) <= _LONGEST and len(_SEPARATORS.findall(text)) < _MOST_WORDS
-    if not words or not any(letter.isalpha() or letter in "±/" for letter in text):
+    is_short = len(text) <= _LONGEST and len(_SEPARATORS.findall(text)) < _MOST_WORDS
+    if not is_short or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
     text = _DATA_SET.sub("", " ".join(text.split())).strip()
-    # "v (m/s)": a name with its unit in brackets; or "velocity (v)", a name with its symbol. A label, such as "drop
-    # (1)", has no unit. Texts in which brackets belong to the name of an error, "error (v)", are below.
+    # "v (m/s)": a name with its unit in brackets; or "velocity (v)", a name with its symbol. A label has no
+    # unit, so "run (s)" is none. Texts in which brackets belong to the name of an error, "error (v)", are below.
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
         if meanings := _quantities_of_both(name, unit):
@@ -340,7 +346,7 @@ class SheetLayout:
         ValueError: two columns have it, or a number of a series is missing.
         """
         places = self.places[name]
-        # The quantities of a series end in their numbers, "heights 2".
+        # The quantities of a series end in their numbers, "heights 2": the second word.
         numbers = [int(self.headers[i].quantities[0].split()[1]) for i in places if name in SERIES]
         shown = " and ".join(f"{self.cells[i]!r} (column {i + 1})" for i in places)
         if name not in SERIES and len(places) > 1:
@@ -425,7 +431,8 @@ class SheetLayout:
             names = {i: {key(head.name), key(head.name.rstrip("0123456789"))} for i, head in heads.items()}
             if matches := [i for i in heads if key(target) in names[i]]:
                 return matches
-        # No column has the name: all columns of this quantity; a word for heights is of the drop and of the rebound.
+        # No column has the name: all columns of this quantity. A word for heights, not the letter h or H, is of drops and
+        # of rebounds.
         meant = {"epsilon" if name in ("e", self.form.epsilon) else name for name in quantities(target)}
         values = {i: name for name in self.form.measured for i in self.places[name]}
         all_heights = "height" in meant and len(target) > 1

@@ -323,7 +323,7 @@ class LawFit:
             low, high = (self._mixture_quantile(parameter, p) for p in ((1 - level) / 2, (1 + level) / 2))
             return (low if parameter else max(low, 0.0)), high
         best, limit = self.parameters[parameter], self.quantile(level) ** 2
-        smallest = self._misfit(self.parameters)
+        smallest = self._sum_of_rho(self.parameters)
         # The first step of the search is a standard error. Where this is 0, for data that follow the law to round-off,
         # 1e-12 of the parameter (of 1e-6, if that is 0 as well) is above its round-off of 1e-16.
         step = max(math.sqrt(self.covariance[parameter, parameter]), 1e-12 * max(abs(best), 1e-6))
@@ -367,7 +367,7 @@ class LawFit:
     def _profile(self, parameter: int, value: float) -> float:
         """Return sum rho(z^2) for a value of one parameter, minimised over the other one, with C of the fit."""
         if len(self.parameters) == 1:
-            return self._misfit(np.array([value]))
+            return self._sum_of_rho(np.array([value]))
         other_parameter = 1 - parameter
 
         def residuals(other_value: FloatArray) -> FloatArray:
@@ -385,7 +385,7 @@ class LawFit:
         )
         return 2 * float(minimum.cost)  # SciPy's cost is half the sum
 
-    def _misfit(self, parameters: FloatArray) -> float:
+    def _sum_of_rho(self, parameters: FloatArray) -> float:
         """Return sum rho(z^2) for values of all parameters, with C of the fit."""
         whitened = _whiten(self._factor, self.points.epsilon - self.epsilon(self.points.speed, parameters))
         return float(np.sum(_rho(whitened**2, self.robust)))

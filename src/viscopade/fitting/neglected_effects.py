@@ -28,8 +28,7 @@ _LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, diss
 # most as v^(-1/3). So 1e-6 of it is left, and the report has two digits.
 _ROUNDS = 20
 # First guesses of the energy that the slowest bodies lose by adhesion, over their energy of impact. A search from a
-# wrong one may end where all bodies stick: by hand, four that spread over 0 to 1, denser at small losses, which are
-# usual.
+# wrong one may end where all bodies stick: by hand, four that spread over 0 to 1.
 _LOSSES = (0.03, 0.1, 0.3, 0.6)
 _LEAST_DRAG = 1e-3  # change of eps from which on drag is reported, by hand: below the errors of any real bounce
 

@@ -504,7 +504,8 @@ class _Reader:
         """Return the value of one unit in the last digit of the column of a quantity (`name`), in SI units."""
         i = self.layout.places[name][0]
         cells = [str(cell_of(row, i)).replace(",", ".") for row in self.rows]
-        # The finest digit of all cells: a number has the exponent e of its last digit, 10^e, in a Decimal.
+        # The finest digit of all cells: a number has the exponent e of its last digit, 10^e, in a Decimal; without any
+        # number, it is 10^0.
         exponents = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
         unit = self._unit(i, name)
         return float(10.0 ** min(exponents, default=0)) * (unit.size if unit else 1.0)
@@ -728,6 +729,7 @@ def _points_of_instants(reader: _Reader) -> Points:
         if bounces.evenly_spaced(drop.values, reader.last_digit(reader.form.needed[0])):
             text = "expected times of bounces, or a column position too"
             raise ValueError(f"the times are evenly spaced, as in a recording: {text}")
+        # The mean of the standard errors of the instants, which is 0 without errors: then an assumed one, in s
         bounce_runs, left_out = bounces.audible_bounces(drop.values, float(np.mean(drop.sigma)) or bounces.HEARING)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
         runs += [drop.select(indices) for indices in bounce_runs]

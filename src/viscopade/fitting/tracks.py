@@ -40,8 +40,8 @@ _FINITE = Accepted("a finite number", np.isfinite)
 _ROUNDS, _CLOSE = 6, 1e-7
 _OFF = 5.0  # standard errors: a frame farther off belongs to no free flight; noise does that once in two million frames
 _CURVED = 5.0  # standard errors of the acceleration of a body that falls, and is not held
-# Accelerations that flights share: they differ by less than three standard errors, or than 15 % (drag makes a parabola
-# of a fast flight differ from one of a slow flight).
+# Accelerations that flights share: they differ by less than three standard errors, or than 15 %, if this is more (drag
+# makes a parabola of a fast flight differ from one of a slow flight).
 _SHARED_ERRORS, _SHARED_RATIO = 3.0, 0.15
 _DIFFERENT = 3.0  # standard errors by which the acceleration differs from g because of a wrong unit: 1 in 370 by chance
 # Least rise after a contact, in standard errors and as a fraction of the range of positions: less is noise, or the end
@@ -161,20 +161,20 @@ class _Parabola:
         return np.asarray(np.abs(height - powers @ self.c) <= _OFF * noise * np.sqrt(variance))
 
     def slope(self, time: float) -> tuple[float, float]:
-        """Return its slope at a time, and the standard error of this for errors of 1."""
+        """Return its slope at a time, in m/s, and the standard error of this for errors of 1 in each height."""
         # h' = c_1 + 2 c_2 (t - m)
         powers = np.array([0, 1, 2 * (time - self.middle)])
         return float(powers @ self.c), math.sqrt(powers @ self.covariance @ powers)
 
     @property
     def acceleration(self) -> float:
-        """Its second derivative."""
+        """Its second derivative, in m/s^2; below 0 if the heights are upward."""
         # h'' = 2 c_2
         return float(2 * self.c[2])
 
     @property
-    def error(self) -> float:
-        """Standard error of the acceleration for errors of 1."""
+    def acceleration_error(self) -> float:
+        """Standard error of the acceleration, in 1/s^2, for errors of 1 in each height."""
         return float(2 * math.sqrt(self.covariance[2, 2]))
 
 
@@ -326,7 +326,7 @@ def of_track(
                 if abs(contact.time - instants[k]) <= 2 * frame and contact.epsilon > 0:
                     pairs.append(_ContactOfFlights(k, contact))
                     instants[k] = contact.time
-        flights, error = _accelerations([curve for curve in curves if curve], time, height, labels)
+        flights, position_error = _accelerations([curve for curve in curves if curve], time, height, labels)
         # The weighted mean of accelerations a_i, with weights 1/sigma_i^2. Its variance is 1/sum w, times chi^2 over
         # the degrees of freedom (Birge's ratio) if they scatter more than their errors.
         weights, accelerations = np.array([[f.standard_error**-2, f.acceleration] for f in flights]).T
@@ -335,7 +335,8 @@ def of_track(
         mean_error = math.sqrt(max(spread, 1.0) / float(weights.sum()))
         agrees = abs(mean - flight.gravity) <= _DIFFERENT * mean_error
         scale = 1.0 if agrees else mean / flight.gravity
-    error = float(np.sqrt(np.mean(np.square(sigma)))) or error
+    # The root mean square of the given standard errors of positions; without them that of the residuals
+    position_error = float(np.sqrt(np.mean(np.square(sigma)))) or position_error
 
     # Contacts without an eps are reported, and too many or none are refused.
     left_out = _without_epsilon(time, height, labels, curves, [pair.contact.time for pair in pairs], noise)
@@ -357,7 +358,7 @@ def of_track(
         flight_curves = [curve for curve in curves[k : k + 2] if curve]
         # The covariance V = L L^T of a and h stands for two independent errors, the columns of L.
         for j, curve in enumerate(flight_curves):
-            slopes[:, i, j] = contact.slopes[:, j] @ np.linalg.cholesky(curve.covariance) * error
+            slopes[:, i, j] = contact.slopes[:, j] @ np.linalg.cholesky(curve.covariance) * position_error
         before, after = (_fit_curve(time, height, shifted_flight, curve.frames, curve) for curve in flight_curves)
         shifted = _collision(before, after, contact.time, contact_time, unit_load_speed)
         changes[:, i] = (shifted.speed - contact.speed, shifted.epsilon - contact.epsilon) if gravity_ratio > 1 else 0.0
@@ -427,17 +428,20 @@ def _falling_runs(time: FloatArray, height: FloatArray, noise: float) -> list[_P
 
     Frames of a contact may lie at the ends of a run: then its inner part has this acceleration.
     """
-    # Runs with an acceleration above its errors (run.error is for errors of 1), and their inner parts
+    # Runs with an acceleration above its errors (run.acceleration_error is for errors of 1), and their inner parts
     runs = _parabolic_runs(time, height, noise)
-    curved = [run for run in runs if abs(run.acceleration) > _CURVED * noise * run.error]
+    curved = [run for run in runs if abs(run.acceleration) > _CURVED * noise * run.acceleration_error]
     cores = [_Parabola.fit(time, height, frames) for frames in _inner(curved)]
     # For each run the group of runs whose acceleration, or that of their inner part, agrees with its own; the group
     # that falls farthest is that of the flights.
     groups = []
     for run in curved:
-        tolerance = max(_SHARED_ERRORS * noise * run.error, _SHARED_RATIO * abs(run.acceleration))
+        tolerance = max(_SHARED_ERRORS * noise * run.acceleration_error, _SHARED_RATIO * abs(run.acceleration))
         agrees = [
-            any(abs(fit.acceleration - run.acceleration) < tolerance + noise * fit.error for fit in run_and_core)
+            any(
+                abs(fit.acceleration - run.acceleration) < tolerance + noise * fit.acceleration_error
+                for fit in run_and_core
+            )
             for run_and_core in zip(curved, cores, strict=True)
         ]
         groups.append([member for member, is_near in zip(curved, agrees, strict=True) if is_near])

@@ -118,7 +118,9 @@ def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
     # kappa D <= 1. So kappa >= (1 - eps^2) LEAST. Half of it, and 1 % more than v*^2, are margins against round-off, by
     # hand: wider ones only cost rounds. Between, Chandrupatla's method (1997).
     a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
-    fa, fb, t = epsilon(a, load) - target, epsilon(b, load) - target, np.full_like(b, 0.5)  # t: first a bisection
+    fa, fb = epsilon(a, load) - target, epsilon(b, load) - target
+    # t, as in his paper, is the share of the interval at which the next point lies: first a bisection
+    t = np.full_like(b, 0.5)
     # 15 rounds are enough in the range of the table (measured); _HALVINGS, 50, would be enough for bisection alone.
     for _ in range(_HALVINGS):
         # A new point x between a and b: it is the next a, and the b is the old a or b on the other side of the root; c
@@ -171,14 +173,14 @@ def _table() -> _Table:
     from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # imported here: SciPy is optional
 
     nodes = collisions_at_nodes()
-    ends = np.log(nodes.kappa), _places()
+    ends = np.log(nodes.kappa), _arcsines_at_nodes()
     surfaces = (
         RectBivariateSpline(*ends, values, kx=_DEGREE, ky=_DEGREE).ev for values in (nodes.loss, nodes.duration)
     )
     return _Table(InterpolatedUnivariateSpline(ends[0], np.log(nodes.sticking), k=_DEGREE), *surfaces)
 
 
-def _places() -> FloatArray:
+def _arcsines_at_nodes() -> FloatArray:
     """Return the values of arcsin (G/G_s)^(1/2) at the nodes: from 0, no load, to pi/2, G = G_s."""
     return np.linspace(0, math.pi / 2, _NODES[1])
 
@@ -189,8 +191,8 @@ def collisions_at_nodes() -> Nodes:
     # At G_s the sphere rebounds at w = 2 G kappa and comes to rest at x = 0: there w^2 = 2 G x_c with x_c = kappa w.
     # The motion backward from this end, p = x_c^(1/2) = kappa (2 G)^(1/2), gives the speed at first contact, which
     # scales kappa and G. So any guess of the load will do; with this formula, fitted by hand, the speed is 0.6 to 1
-    # (measured), and the nodes are nearly where kappa was taken. The factor 1.2 keeps the last one above LARGEST after
-    # scaling: it is 7.01.
+    # (measured), and the nodes are nearly where kappa was dissipation. The factor 1.2 keeps the last one above LARGEST
+    # after scaling: it is 7.01.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
@@ -200,23 +202,23 @@ def collisions_at_nodes() -> Nodes:
 
     # From first contact (p = 0, v = 1) at each kappa and load, to the instant at which the force vanishes: p^2 + kappa
     # v = 0, or p = 0 without damping.
-    shares = np.sin(_places()) ** 2  # G/G_s
+    shares = np.sin(_arcsines_at_nodes()) ** 2  # G/G_s
     k, g = (values.ravel() for values in np.broadcast_arrays(kappa[:, None], sticking[:, None] * shares))
     start = np.array([0 * k, 0 * k + 1, 0 * k, 0 * k])
     end = _motion(start, k, g, 1, lambda p, v, k: np.minimum(p, p**2 + k * v))
     # ln D: D = L + 4/5 x_c^(5/2)/kappa, with x_c = kappa |w|
-    loss = np.log(end.loss + 0.8 * k**1.5 * np.abs(end.v) ** 2.5)
-    rows = (tuple(map(tuple, values.reshape(_NODES).tolist())) for values in (loss, end.t))
+    log_d = np.log(end.dissipation + 0.8 * k**1.5 * np.abs(end.v) ** 2.5)
+    rows = (tuple(map(tuple, values.reshape(_NODES).tolist())) for values in (log_d, end.t))
     return Nodes(tuple(kappa.tolist()), tuple(sticking.tolist()), *rows)
 
 
 class _State(NamedTuple):
-    """p = x^(1/2), v = x', the scaled time t and the loss L of each body."""
+    """p = x^(1/2), v = x', the scaled time t, and L of each body: the energy that the damper took is kappa L."""
 
     p: FloatArray
     v: FloatArray
     t: FloatArray
-    loss: FloatArray
+    dissipation: FloatArray
 
 
 def _motion(
@@ -259,16 +261,17 @@ def _series(state: FloatArray, kappa: FloatArray, load: FloatArray) -> FloatArra
     `state` has the rows p, v, t and L at the start of the step, and `load` is G.
     """
     # Seven series: the four of the state, and the products p^2, p^4 and p^2 v.
-    p, v, t, loss, p2, p4, p2v = np.zeros((7, _ORDER + 1, len(kappa)))
-    p[0], v[0], t[0], loss[0] = state
+    p, v, t, dissipation, p2, p4, p2v = np.zeros((7, _ORDER + 1, len(kappa)))
+    p[0], v[0], t[0], dissipation[0] = state
     for i in range(_ORDER):
         # Orders i + 1 from the orders up to i: p' = v, t' = 2 p, L' = 4 p^2 v^2, v' = 2 (p (G - p^3) - kappa p^2 v).
         # The coefficient of order i + 1 is that of the derivative, of order i, over i + 1.
         p2[i] = _product_term(p, p, i)
         p4[i], p2v[i] = _product_term(p2, p2, i), _product_term(p2, v, i)
-        p[i + 1], t[i + 1], loss[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _product_term(p2v, v, i) / (i + 1)
+        p[i + 1], t[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1)
+        dissipation[i + 1] = 4 * _product_term(p2v, v, i) / (i + 1)
         v[i + 1] = 2 * (load * p[i] - p4[i] - kappa * p2v[i]) / (i + 1)
-    return np.swapaxes([p, v, t, loss], 0, 1)
+    return np.swapaxes([p, v, t, dissipation], 0, 1)
 
 
 def _product_term(f: FloatArray, g: FloatArray, i: int) -> FloatArray:
