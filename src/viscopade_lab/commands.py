@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 
 from viscopade import files
-from viscopade.cli.console import STYLE, Command, FilePath, Whole, examples, option, picture_kind, say, show
+from viscopade.cli.console import SIZE, STYLE, FilePath, Whole, examples, page_of, picture_kind, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.extras import require
 from viscopade_lab import figures
@@ -62,13 +62,17 @@ def claims(names: tuple[str, ...], style: str) -> None:
     "--format", "formats", group="Output", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",),
     show_default=True, help="Format of the figures; repeatable.",
 )  # fmt: skip
-def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
+@SIZE
+def figures_command(
+    out: Path, names: tuple[str, ...], formats: tuple[str, ...],
+    size: tuple[float, float] | None, font_size: float | None,
+) -> None:  # fmt: skip
     """Draw the paper's figures, and further ones."""
     from viscopade_lab.figures import registry
 
     require("figures", "matplotlib")  # else a message that says how to install it
     # All are drawn before the first is written.
-    pictures = registry.render(names or figures.NAMES, formats)
+    pictures = registry.render(names or figures.NAMES, formats, page_of(None, size, font_size))
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     say(f"wrote {', '.join(pictures)} to {out}")
 

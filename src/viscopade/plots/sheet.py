@@ -199,6 +199,13 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
         where.legend(handles, [text for text, _ in names], loc=place, ncols=1, **looks)
 
 
+def letters(points: float) -> float:
+    """Return the size of letters that have `points` where a picture has its usual 7.5; within `style_context`."""
+    from matplotlib import rcParams
+
+    return points * float(rcParams["font.size"]) / float(STYLE["font.size"])
+
+
 @dataclass(frozen=True)
 class Page:
     """A user's settings of a picture: a title above it, width and height in inches, font size in points."""

@@ -40,6 +40,7 @@ from viscopade.plots.sheet import (
     VERMILION,
     Look,
     label_axes,
+    letters,
     new_sheet,
 )
 from viscopade.theory.pade import Pade, Root, horner, pade
@@ -234,7 +235,8 @@ def write_text(
 ) -> None:
     """Write beside a point, with a line to it if it is far; without a shift the text covers the point.
 
-    `point` is in the coordinates of the axes' data, `shift` to the right and upwards in points, as `size` of the text.
+    `point` is in the coordinates of the axes' data, `shift` to the right and upwards in points, as `size` of the text,
+    which grows with the letters of a user's page.
     """
     from matplotlib.patheffects import withStroke
 
@@ -249,7 +251,7 @@ def write_text(
         shift,
         textcoords="offset points",
         color=color,
-        fontsize=size,
+        fontsize=letters(size),
         ha=horizontal[int(np.sign(shift[0])) + 1],
         va=vertical[int(np.sign(shift[1])) + 1],
         arrowprops=leader if math.hypot(*shift) > 9 else None,
@@ -274,7 +276,7 @@ def write_along(axes: Axes, text: str, x: Floats, y: Floats, x_text: float, side
         ha="center",
         va="bottom" if side == "above" else "top",
         color=color,
-        fontsize=6,  # points; smaller than the axes' 7.5, because many names stand along curves
+        fontsize=letters(6),  # points; smaller than the axes' 7.5, because many names stand along curves
     )
 
 
@@ -410,7 +412,7 @@ def _local_exponent() -> Sheet:
     inset.set_yticks([LIMIT_EXPONENT, PAPER_EXPONENT, -3], ["$-10/3$", "$-3.2$", "$-3$"])
     write_text(axes, "limit $-10/3$", (0.12, LIMIT_EXPONENT), (3, -2))
     write_text(axes, "the paper's $-3.2$", (0.12, PAPER_EXPONENT), (3, 2))
-    inset.tick_params(labelsize=6)  # points, one less than the axes' own
+    inset.tick_params(labelsize=letters(6))  # points, one less than the axes' own
     return sheet
 
 
@@ -431,7 +433,7 @@ def _pade_on_linear_axes() -> Sheet:
     label_axes(axes, V_STAR, EPSILON, (0, 3), (0, 1.02), "")  # 1.02: a margin above the broad curve at 1
     label_axes(inset, "", "", (2, 3), (0, 0.14), "")  # [1/4], 0.10 at v* = 2, fits; [0/3] enters from above
     inset.set(xticks=(2.25, 2.5, 2.75), yticks=(0, 0.05, 0.1))
-    inset.tick_params(labelsize=6)  # points, one less than the axes' own
+    inset.tick_params(labelsize=letters(6))  # points, one less than the axes' own
     axes.indicate_inset_zoom(inset, edgecolor=BLACK, linewidth=0.5)
     return sheet
 
