@@ -63,7 +63,7 @@ class Look:
     """Style of a curve or a point, and the colour of its name; without dashes the line is solid.
 
     The width of the line is in points, and `dashes` has lengths of dashes and gaps in turn, in points. A legend shows
-    a `band` of the colour behind the line.
+    a `band` of the colour behind the line; a band without a line (width 0) has edges.
     """
 
     color: str
@@ -183,11 +183,12 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
         )
         for _, look in names
     ]
-    # A tuple of a band and a line, drawn over each other (ndivide 1).
-    handles: list[Any] = [
-        (Patch(facecolor=look.color, alpha=BAND_OPACITY, linewidth=0), line) if look.band else line
-        for line, (_, look) in zip(lines, names, strict=True)
-    ]
+    # A tuple of a band and a line, drawn over each other (ndivide 1). Edges of bands are 0.6 points wide, as frames.
+    handles: list[Any] = []
+    for line, (_, look) in zip(lines, names, strict=True):
+        edge = 0 if look.width else 0.6
+        band = Patch(facecolor=(look.color, BAND_OPACITY), edgecolor=look.color, linewidth=edge)
+        handles.append((band, line) if look.band else line)
     looks: Any = {"handlelength": 2.6, "frameon": False, "columnspacing": 1}
     looks["handler_map"] = {tuple: HandlerTuple(ndivide=1)}
     legend = where.legend(handles, [text for text, _ in names], loc=place, ncols=columns, **looks)

@@ -13,6 +13,7 @@ from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import beta_from_restitution
 from viscopade.collision.weight import loss_slope
 from viscopade.plots.sheet import (
+    BAND_OPACITY,
     BLACK,
     BLUE,
     DASH_DOT,
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Sheet
 
-ASKED = np.linspace(0.05, 1, 20)  # eps asked for, 0.05 apart: the curves are smooth functions of it
+POINTS = 200  # of a curve: 70 to an inch of the axis, closer than a line is wide (1.3 points, 55 to an inch)
+ASKED = np.linspace(0.05, 1, POINTS)  # eps asked for
 CURVES: Mapping[str, tuple[str, str, str, Look]] = {
     "other-end": (
         "made for end $x = 0$",
@@ -56,13 +58,19 @@ CURVES: Mapping[str, tuple[str, str, str, Look]] = {
 
 MEASURED = ("lammps", "liggghts")  # programs whose formulas the curves of the upper part are
 CHOSEN = 0.5  # eps of all other pictures: the audit's runs, `viscopade_lab.runs.simulators.WANTED`, ask for it
-STEPS = np.geomspace(0.001, 0.1, 81)  # in contact times: the steps of the runs; 40 to a decade, the curves look smooth
-STEPPED: Mapping[str, tuple[str, Look]] = {
-    "hooke, coeff_restitution": ("linear", Look(ORANGE)),
-    "hertz, coeff_restitution": ("Tsuji", Look(BLUE)),
-    "hertz, viscoelastic, limit_damping": ("viscoelastic", Look(PURPLE)),
+STEPS = np.geomspace(0.001, 0.1, POINTS)  # in contact times: from the shortest to the longest step of the runs
+STEPPED: Mapping[str, tuple[str, str]] = {
+    "hooke, coeff_restitution": ("linear", ORANGE),
+    "hertz, coeff_restitution": ("Tsuji", BLUE),
+    "hertz, viscoelastic, limit_damping": ("viscoelastic", PURPLE),
 }
-"""Formulas of LAMMPS that are correct for fine time steps, and their names in the figure."""
+"""Formulas of LAMMPS that are correct for fine time steps -> their names and colours in the figure."""
+
+# The range of eps is sampled at 8 steps to a decade, from 10 to 200 steps in a contact: beyond, it is proportional to
+# the step. eps depends also on the part of a step that is left when contact ends, and so is periodic in the number of
+# steps in a contact: the range is that over 97 neighbours, up to 0.6 steps more or fewer, a little more than a period.
+NUMBERS = np.geomspace(10, 200, 11)
+NEIGHBOURS = np.linspace(-0.6, 0.6, 97)
 
 
 @figure("the eps that programs give against the eps they are asked for, and against the time step")
@@ -70,8 +78,8 @@ def _audit() -> Sheet:
     """Return the figure: above, the eps that programs give over the one asked for; below, over the time step."""
     sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))  # height in inches, ratio of heights: chosen by eye
     label_axes(top, f"{EPSILON} asked for", EPSILON, (0, 1), (0, 1), "")
-    # With steps of 0.1 contact times eps lies between 0.47 and 0.56; the legend needs room above.
-    label_axes(bottom, "time step / contact time", EPSILON, (0.001, 0.1), (0.44, 0.58), "x")
+    # With steps of 0.1 contact times eps lies between 0.42 and 0.57.
+    label_axes(bottom, "time step / contact time", EPSILON, (0.001, 0.1), (0.42, 0.58), "x")
     # eps as asked for is broad (3.4 points) and pale, so that curves on top of it stay visible.
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     for gid, (_, program, name, look) in CURVES.items():
@@ -91,43 +99,48 @@ def _audit() -> Sheet:
     )
     named = [(words, look) for words, _, _, look in CURVES.values()]
     key_of(top, [*named, ("as asked for", Look(GREY, width=3.4)), ("measured", POINT)], "upper left", 1)
-    for name, (_, look) in STEPPED.items():
-        _draw_stepped(bottom, simulator_of("lammps").formula(name), look)
-    names = [
-        *((f"{name}: mean", look) for name, look in STEPPED.values()),
-        ("range", Look(GREY, width=5)),  # points: a stripe in the legend
-        ("measured", POINT),
-    ]
-    key_of(bottom, names, "upper left", 2)
+    for name, (_, color) in STEPPED.items():
+        _draw_stepped(bottom, simulator_of("lammps").formula(name), color)
+    bands = [(f"{name}: range", Look(color, width=0, band=True)) for name, color in STEPPED.values()]
+    key_of(bottom, [*bands, ("measured", POINT)], "upper left", 1)
     return sheet
 
 
-def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
-    """Draw the mean eps over the time step, its range over the phases, and the values measured in LAMMPS.
+def _draw_stepped(axes: Axes, formula: DampingFormula, color: str) -> None:
+    """Draw the range of eps over the time step, and the values measured in LAMMPS.
 
-    The damping is the one that gives `CHOSEN` in continuous time. A phase is the part of a step after which contact
-    begins.
+    The damping is the one that gives `CHOSEN` in continuous time. The range is that over phases, the parts of a step
+    after which contact begins, and over steps nearby.
     """
     kappa, gid = float(kappa_for_epsilon(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
-    times = STEPS * formula.law.contact_time
-    # eps at each step (rows) and phase (columns), at the scaled impact speed 1.
-    sampled = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
-    # A quarter of the opacity: three ranges overlap.
-    axes.fill_between(
-        STEPS, sampled.min(-1), sampled.max(-1), color=look.color, alpha=0.25, linewidth=0, gid=f"{gid}-range"
+    contact = Contact.of_law(formula.law, kappa)
+    # (eps - CHOSEN)/step changes slowly with the step: its extremes over the neighbours make smooth edges. Rows: steps
+    # of `NUMBERS`; columns: neighbours; eps at the scaled impact speed 1 for all phases.
+    neighbours = 1 / (NUMBERS[:, None] + NEIGHBOURS)
+    slopes = np.array(
+        [
+            [(contact.rebounds(1.0, step * formula.law.contact_time, PHASES).epsilon - CHOSEN) / step for step in row]
+            for row in neighbours.tolist()
+        ]
     )
-    draw_look(axes, look, STEPS, sampled.mean(-1), f"{gid}-mean")
+    # Edges at all `STEPS`; `interp` keeps the last value beyond `NUMBERS`.
+    low, high = (
+        CHOSEN + STEPS * np.interp(-np.log(STEPS), np.log(NUMBERS), extreme)
+        for extreme in (slopes.min((1, 2)), slopes.max((1, 2)))
+    )
+    band = axes.fill_between(STEPS, low, high, gid=f"{gid}-range")
+    band.set(facecolor=(color, BAND_OPACITY), edgecolor=color, linewidth=0.6)  # points, as in the legend
     runs = [
         (run.time_step, run.epsilon)
         for run in measurements()
         if (run.program, run.formula, run.asked) == ("lammps", formula.name, str(CHOSEN))
     ]
     steps, epsilon = zip(*runs, strict=True)
-    (points,) = axes.plot(steps, epsilon, "o", color=look.color, markersize=POINT_SIZE, gid=f"{gid}-points")
+    (points,) = axes.plot(steps, epsilon, "o", color=color, markersize=POINT_SIZE, gid=f"{gid}-points")
     points.set_clip_on(False)  # those on the frame are drawn whole
 
 
-SPEEDS = np.geomspace(0.01, 10, 31)  # m/s, around the 1 m/s of the numbers; 10 to a decade, the curves look smooth
+SPEEDS = np.geomspace(0.01, 10, POINTS)  # m/s, around the 1 m/s of the numbers
 OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
     "constant": (
         "MuJoCo, Chrono, JaxDEM, …: number from viscopade",
