@@ -17,6 +17,7 @@ from mpmath import mp
 
 from tests.cli import called, json_of, printed, said
 from viscopade import Pair, Sphere, pade, series
+from viscopade.cli.console import figures
 from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.collision.contact import Contact
@@ -68,6 +69,48 @@ def test_pade_text_says_what_it_is_good_for():
 
 
 BALL = ("--radius", 0.01, "--density", 2500, "--young-modulus", 1e7, "--poisson-ratio", 0.3)
+
+
+def test_text_has_six_digits_or_those_asked_for():
+    """Where a person reads; JSON and CSV have 30 digits, or all of a double."""
+    words = ("epsilon", "--v-star", "1.5")
+    assert "epsilon             0.186490\n" in printed(*words)
+    assert "epsilon             0.1864896747317786\n" in printed(*words, "--digits", 16)
+    assert "epsilon,0.186489674731778582393261094922\n" in printed(*words, "--format", "csv")
+    text = printed("pade", "1/4")
+    assert "a      1   0.501086\n" in text
+    assert "pole   4   -0.754874            1.06541\n" in text
+    assert "eps - [1/4] = -0.0823398 v*^6" in text
+    assert "2   -1.15345\n" in printed("coefficients", "--order", 2)
+    assert "h_2 = lambda_1^2/2 + 1/2 = 1.73370\n" in printed(
+        "coefficients", "--order", 2, "--law", "linear", "--symbolic"
+    )
+    words = ("epsilon", *BALL, "--dissipative-constant", 4e-5, "--speed", 0.5)
+    whole = json_of(*words)
+    eps, a = (float(whole[name]) for name in ("epsilon", "dissipative_constant"))
+    assert f"epsilon                {eps:.6g}\n" in printed(*words)
+    assert f"epsilon                {eps!r}\n" in printed(*words, "--digits", 17)
+    assert f"dissipative_constant   {a!r} " in printed(*words, "--digits", 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "digits", "shown"),
+    [
+        ("0.0928381064", 3, "0.0928"),
+        ("1.1566967733126489e-06", 5, "1.1567e-6"),
+        ("9.9996e-06", 4, "1.000e-5"),
+        ("-123456.789", 6, "-123457"),
+        ("1234567.8", 6, "1.23457e+6"),
+        ("1e-1000", 6, "1e-1000"),
+        ("100000000000000000000", 6, "1.00000e+20"),
+        ("0.5", 6, "0.5"),
+        ("inf", 1, "inf"),
+        ("", 1, ""),
+        ("yes", 1, "yes"),
+    ],
+)
+def test_figures(text, digits, shown):
+    assert figures(text, digits) == shown
 
 
 def test_errors_of_high_degrees_have_enough_digits():

@@ -50,7 +50,11 @@ BAD = [
     (f"epsilon {LINEAR} --damping 1 --speed -1", "speed is -1.0: expected a positive number"),
     (f"epsilon {LINEAR} --damping 1 --speed 0", "speed is 0: expected a number > 0"),
     (f"epsilon {LINEAR} --damping 1 --kappa 1", "are given: expected none of --v-star, --kappa, --beta"),
-    (f"epsilon {LINEAR} --damping 1 --digits 8", "15 digits without weight, 12 with it; expected no --digits"),
+    (f"epsilon {LINEAR} --damping 1 --digits 18", "computed in double precision; expected at most 17 digits in text"),
+    (
+        f"epsilon {LINEAR} --damping 1 --digits 8 --format json",
+        "and no --digits in JSON and CSV, which have all of them",
+    ),
     (f"epsilon {LINEAR} --damping 3 --end return", "expected a smaller kappa, or end 'force'"),
     (f"epsilon {BALL} --speed 1 --mass 1 --dissipative-constant 1", "a material is given"),
     ("invert --epsilon 0.5 --law linear --stiffness 1", "--stiffness needs --mass"),

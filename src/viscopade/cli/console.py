@@ -10,6 +10,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from decimal import Context, Decimal
 from fractions import Fraction
 from functools import partial, reduce
 from pathlib import Path
@@ -278,8 +279,13 @@ STYLE = option(
     show_default=True,
     help="Format of the output.",
 )
+# Both are chosen by hand: 6 digits are read at a glance, and 30 are more than a double has (17).
+TEXT_DIGITS, ALL_DIGITS = 6, 30
 DIGITS_OPTION = option(
-    "--digits", group="Output", type=DIGITS, default=30, show_default=True, help="Significant digits."
+    "--digits",
+    group="Output",
+    type=DIGITS,
+    help=f"Significant digits.  [default: {TEXT_DIGITS} in text, {ALL_DIGITS} in JSON and CSV]",
 )
 
 
@@ -539,26 +545,13 @@ def picture_kind(option: str, file: Path) -> str:
     return kind
 
 
-def page_of(title: str | None, size: tuple[float, float] | None, font_size: float | None) -> Page:
-    """Return the page of a picture, from the typed options --title, --size (width and height in m) and --font-size.
-
-    None stands for an option that is not typed: no title, the drawing's own size, letters of 7.5 points.
-
-    Raises
-    ------
-    ValueError
-        If width or height is not from 2 cm to 2 m, or the font size not from 3 to 72 points.
-    """
-    from viscopade.plots import sheet
-
-    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
-    if size is not None and not 0.02 <= min(size) <= max(size) <= 2:
-        raise ValueError(f"size is {size[0]:g} m, {size[1]:g} m: expected width and height from 2 cm to 2 m")
-    # 3 points can just be read, and 72 points are an inch (chosen by hand).
-    if font_size is not None and not 3 <= font_size <= 72:
-        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
-    inches = None if size is None else (float(size[0]) / 0.0254, float(size[1]) / 0.0254)  # an inch is 0.0254 m
-    return sheet.Page(title, inches, sheet.STYLE["font.size"] if font_size is None else float(font_size))
+def figures(text: str, digits: int) -> str:
+    """Return the decimal number in a text, rounded to significant digits; a text without a number stays, as "inf"."""
+    if not re.fullmatch(r"[+-]?[0-9]*\.?[0-9]+(e[+-]?[0-9]+)?", text) or len(Decimal(text).as_tuple().digits) <= digits:
+        return text
+    # As the text, with an exponent if it has one; and a large number gets one, to show no digits that are not known.
+    number = Context(prec=digits).create_decimal(text)
+    return f"{number:e}" if "e" in text or number.adjusted() >= digits else f"{number:f}"
 
 
 def show(

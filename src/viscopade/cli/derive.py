@@ -4,7 +4,8 @@ The coefficient of restitution eps is a function of v* = beta^(1/2) v^(1/10), or
 scaled equation x'' + x^(3/2) + kappa x^(1/2) x' = 0; v is the impact speed. For other laws of contact, x'' + x^a +
 kappa x^b x' = 0, v* is kappa^(1/d) with an integer d.
 
-Numbers in sentences have 1 to 6 figures (`.6g`), chosen by hand to be read; the tables have the digits that are known.
+Numbers in sentences have 1 to 6 figures (`.6g`), chosen by hand to be read; so have those in tables as text, unless
+--digits asks for others. JSON and CSV have all digits.
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ import click
 from viscopade import arguments
 from viscopade.cli.console import (
     ADHESION,
-    DIGITS,
+    ALL_DIGITS,
     DIGITS_OPTION,
     GRAVITY,
     ORDER,
     STYLE,
+    TEXT_DIGITS,
     WITH_LAW,
     Command,
     Degree,
@@ -34,6 +36,7 @@ from viscopade.cli.console import (
     Real,
     Whole,
     examples,
+    figures,
     law_words,
     limits_of,
     material,
@@ -56,6 +59,7 @@ if TYPE_CHECKING:
 COMPARED_DIGITS = 20  # of our coefficients beside the paper's, which have 6 digits or so; chosen by hand
 _HIGHEST = 9  # order to which `reproduce` shows h_k: [3/6], the paper's largest approximant, follows from h_0 to h_9
 _IN_DOUBLES = 15  # digits that a double has in any case: of numbers that are computed from doubles
+_OF_DOUBLES = 17  # digits with which every double can be told from its neighbours: no decimal of one needs more
 _PRECISE = 20  # digits of a damping that is rounded to a double: 17 tell doubles apart, 3 keep the rounding right
 # Sampled numbers are integrated in double precision with errors down to about 1e-12: no smaller one is stated.
 _SAMPLED, _LEAST_SAMPLED = 12, 1e-12
@@ -150,7 +154,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 @option("--symbolic", group="Output", is_flag=True, help="Print the h_k also as polynomials in lambda_1, lambda_3, ….")
 @WITH_LAW
 @STYLE
-def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | None, style: str) -> None:
+def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: str | None, style: str) -> None:
     """Print the series coefficients h_k of eps = sum h_k v*^k.
 
     The coefficients are h_0 to h_ORDER, and every digit is proven. For other
@@ -164,15 +168,15 @@ def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | N
     from viscopade.theory.series import series
 
     # The h_k as decimals; with --symbolic SymPy also derives them as polynomials.
-    contact_law = law_of(law, end)
+    contact_law, number = law_of(law, end), digits or (TEXT_DIGITS if style == "text" else ALL_DIGITS)
     if symbolic:
         from viscopade.theory.derivation import derive
         from viscopade.theory.equation import scaled_equation
 
-        derivation = derive(scaled_equation(contact_law), order, digits, contact_law.end)
-    h = series(order, digits, contact_law).decimals()
+        derivation = derive(scaled_equation(contact_law), order, number, contact_law.end)
+    h = series(order, number, contact_law).decimals()
     fields, line = law_words(contact_law)  # for JSON, and a sentence ("" for the paper's law)
-    json_object: dict[str, Any] = {"order": order, "digits": digits, **fields, "h": h}
+    json_object: dict[str, Any] = {"order": order, "digits": number, **fields, "h": h}
     if symbolic:
         json_object |= _polynomials_json(derivation, "symbolic")
     if symbolic and style == "csv":  # h_k has a polynomial from k = d on; before it h_0 = 1 and the others are 0
@@ -225,7 +229,7 @@ def _say_polynomials(derivation: Derivation) -> None:
 @WITH_LAW
 @STYLE
 def pade_command(
-    m: tuple[int, int], n: int | None, digits: int, v_star_max: str | None, law: str, end: str | None, style: str
+    m: tuple[int, int], n: int | None, digits: int | None, v_star_max: str | None, law: str, end: str | None, style: str
 ) -> None:
     """Print the Padé approximant [M/N] of eps(v*).
 
@@ -248,7 +252,8 @@ def pade_command(
         raise click.UsageError(f"the degrees are {top}/{bottom} and {n}: expected M/N or M N")
     if bottom < 0:
         bottom = top + contact_law.excess if n is None else n
-    p = pade(top, bottom, digits, contact_law)
+    number = digits or ALL_DIGITS
+    p = pade(top, bottom, number, contact_law)
     errors, verdict = [], f"{p.label} is {p.verdict}"  # sentences
 
     # Largest error up to v*: sampled for other laws, proven for the paper's. Ends are rounded down and errors up.
@@ -280,10 +285,13 @@ def pade_command(
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [
-        (kind, i, *root.decimals(digits))
+        (kind, i, *root.decimals(number))
         for kind, roots in (("pole", p.poles), ("zero", p.zeros))
         for i, root in enumerate(roots, 1)
     ]
+    if style == "text":
+        shown = digits or TEXT_DIGITS
+        rows = [(kind, i, figures(real, shown), figures(imaginary, shown)) for kind, i, real, imaginary in rows]
     header = ("what", "i", "value or real part", "imaginary part")
     show(style, header, rows, {**fields, **_pade_json(p)})
     if style == "text":
@@ -291,13 +299,13 @@ def pade_command(
             say(line)
         say(verdict)
         # The series of the error begins with this term, of which 10 digits are enough to read.
-        say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
+        say(f"eps - {p.label} = {known_decimal(p.next_term, min(shown, 10))} v*^{p.contact_order + 1} + …")
         for line in errors:
             say(line)
         say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
         for d in p.doublets():
             # A pole and a zero that nearly cancel; 10 digits are enough to read.
-            pole, zero = (" + i ".join(root.decimals(min(digits, 10))) for root in (d.pole, d.zero))
+            pole, zero = (" + i ".join(root.decimals(min(shown, 10))) for root in (d.pole, d.zero))
             say(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
 
 
@@ -359,6 +367,8 @@ class _Bodies:
     law : Law
     style : str
         Format of the output.
+    digits : int or None
+        Significant digits that were typed.
     speed : str or None
         Impact speed in m/s, exact.
     pair : Pair or None
@@ -375,6 +385,7 @@ class _Bodies:
 
     law: Law
     style: str
+    digits: int | None
     speed: str | None
     pair: Pair | None
     constants: dict[str, float]
@@ -389,6 +400,7 @@ class _Bodies:
         law: str,
         end: str | None,
         style: str,
+        digits: int | None,
         speed: str | None,
         load: float | None,
         gravity: float | None,
@@ -403,6 +415,8 @@ class _Bodies:
             Name or exponents of the law of contact, and its end; None for where the force vanishes.
         style : str
             Format of the output.
+        digits : int or None
+            Significant digits, if they were typed.
         speed : str or None
             Impact speed in m/s, an exact decimal.
         load, gravity : float or None
@@ -441,7 +455,8 @@ class _Bodies:
         constants, damping = _force(contact_law, speed, force) if forced else ({}, None)
         if pair is not None:
             constants = {"k": pair.rho, "mass": pair.m_eff}
-        return cls(contact_law, style, speed, pair, constants, damping, load, gravity, options["yield_strength"])
+        strength = options["yield_strength"]
+        return cls(contact_law, style, digits, speed, pair, constants, damping, load, gravity, strength)
 
     @property
     def _speed(self) -> float:
@@ -586,7 +601,7 @@ class _Bodies:
             "errors": {name: collision.errors[name] for name in ("epsilon", "depth", "duration")},
             "warnings": warnings,
         }
-        show(self.style, ("quantity", "value", "unit"), rows, json_object)
+        show(self.style, ("quantity", "value", "unit"), self._rounded(rows), json_object)
         if self.style == "text":
             # The estimated error, rounded up to a power of ten.
             error = 10.0 ** math.ceil(math.log10(max(collision.errors["epsilon"], _LEAST_SAMPLED)))
@@ -597,6 +612,12 @@ class _Bodies:
             say(f"{sentence}. Without adhesion eps is {epsilon_without:.6g}.")
             for text in warnings:
                 say(f"Warning: {text}.")
+
+    def _rounded(self, rows: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
+        """Return rows (name, number, …) for `show`: in text with the digits that are read, in JSON and CSV with all."""
+        if self.style != "text":
+            return [*rows]
+        return [(name, figures(text, self.digits or TEXT_DIGITS), *more) for name, text, *more in rows]
 
     def _print(
         self,
@@ -639,7 +660,7 @@ class _Bodies:
         header = ("quantity", "value", "unit") if with_unit else ("quantity", "value")
         rows = [(name, value, with_unit.get(name, ""))[: len(header)] for name, value in numbers.items()]
         further = ({"units": with_unit} if with_unit else {}) | further
-        show(self.style, header, rows, {**context, **fields, **numbers, **further})
+        show(self.style, header, self._rounded(rows), {**context, **fields, **numbers, **further})
         for text in lines if self.style == "text" else ():
             if text:
                 say(text)
@@ -721,12 +742,7 @@ def _force(law: Law, speed: str | None, typed: Mapping[str, str | None]) -> tupl
 @option("--kappa", group="Other laws", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
 @option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
 @option("--damping", group="Other laws", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
-@option(
-    "--digits",
-    group="Output",
-    type=DIGITS,
-    help="Significant digits; not with a material or a stiffness.  [default: 30]",
-)
+@DIGITS_OPTION
 @ADHESION
 @_of_bodies("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 def epsilon(
@@ -762,17 +778,18 @@ def epsilon(
     from viscopade.collision import exact
 
     # Refuse options that do not belong together.
-    bodies = _Bodies.from_options(force={"stiffness": stiffness, "damping": damping, "mass": mass}, **options)
+    force = {"stiffness": stiffness, "damping": damping, "mass": mass}
+    bodies = _Bodies.from_options(force=force, digits=digits, **options)
     law, speed = bodies.law, bodies.speed
     scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
     if bodies.constants:
         subject = "--stiffness, --damping and --mass are" if bodies.pair is None else "a material is"
         if any(value is not None for value in scaled.values()):
             raise click.UsageError(f"{subject} given: expected none of {', '.join(scaled)}")
-        if digits is not None:
+        if digits is not None and (bodies.style != "text" or digits > _OF_DOUBLES):
             raise click.UsageError(
-                f"--digits and {subject} given: such numbers are computed in double precision, {_IN_DOUBLES} digits "
-                f"without weight, {_SAMPLED} with it; expected no --digits"
+                f"--digits and {subject} given: such numbers are computed in double precision; expected at most "
+                f"{_OF_DOUBLES} digits in text, and no --digits in JSON and CSV, which have all of them"
             )
 
     # Bodies with a force: adhesive, of a material, or of k and c. These numbers are doubles.
@@ -795,7 +812,7 @@ def epsilon(
             "the options do not give one v*: expected --v-star, --kappa, --beta with --speed, --stiffness with "
             "--damping and --mass, or a material with --speed"
         )
-    number, unit = 30 if digits is None else digits, ""  # 30 digits: the default that the help states
+    number, unit = digits or ALL_DIGITS, ""
     if beta is not None and speed is not None and law == VISCOELASTIC:
         beta_number, matching_speed, unit = _beta_and_speed(beta, speed)
         collision = exact.collision(digits=number, beta=beta_number, speed=matching_speed)
@@ -816,7 +833,7 @@ def epsilon(
 def invert(
     epsilon: str | None,
     one_minus_epsilon: str | None,
-    digits: int,
+    digits: int | None,
     stiffness: str | None,
     mass: str | None,
     **options: Any,
@@ -844,13 +861,14 @@ def invert(
     if (epsilon is None) == (one_minus_epsilon is None):
         which = "neither" if epsilon is None else "both"
         raise click.UsageError(f"--epsilon and --one-minus-epsilon: {which} given, expected exactly one of them")
-    bodies = _Bodies.from_options(force={"stiffness": stiffness, "mass": mass}, **options)
+    bodies = _Bodies.from_options(force={"stiffness": stiffness, "mass": mass}, digits=digits, **options)
     law, speed, pair = bodies.law, bodies.speed, bodies.pair
-    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
+    number = digits or ALL_DIGITS
+    collision = exact.invert(epsilon, number, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
 
     # Numbers in double precision need the damping to 20 digits, and one that compensates the weight.
     precise = collision.floats()
-    if digits < _PRECISE:
+    if number < _PRECISE:
         precise = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law).floats()
     kappa_without = precise["v_star"] ** law.d  # kappa = v*^d, for bodies without weight
     kappa = bodies.with_weight(kappa_without, precise["epsilon"])
@@ -858,12 +876,12 @@ def invert(
     if pair is not None:
         constant = pair.dissipative_constant(precise["beta"])
         damped = pair.damped(constant if kappa == kappa_without else constant * kappa / kappa_without)
-        bodies.show_material(damped, collision.decimals() if kappa == kappa_without else {}, digits=digits)
+        bodies.show_material(damped, collision.decimals() if kappa == kappa_without else {}, digits=number)
         return
     if kappa != kappa_without:
         collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
         precise = collision.floats()
-    bodies.show(collision, kappa, digits, "" if speed is None else _unit_of_beta(law), precise)
+    bodies.show(collision, kappa, number, "" if speed is None else _unit_of_beta(law), precise)
 
 
 def _in_unit(name: str, text: str, unit: str) -> float:
