@@ -243,6 +243,33 @@ def test_invert_with_and_without_a_material():
     assert float(back["epsilon"]) == pytest.approx(0.9, rel=1e-14, abs=0)
 
 
+def test_numbers_that_are_not_proven_are_marked():
+    """Of a material A and the SI units are doubles; with weight more of them, and eps is sampled."""
+
+    def kinds(*words):
+        """Return the number's name and the words at the end of each row, in the order of the rows."""
+        rows = re.findall(r"^  (\w+) .*  (proven|in double precision|sampled)$", printed(*words), re.MULTILINE)
+        return dict(rows)
+
+    words = ("invert", "--epsilon", "0.9", "--speed", 0.5, *BALL)
+    of_speed = dict.fromkeys(("v_star", "epsilon", "one_minus_epsilon", "x_max", "tau_c", "beta"), "proven")
+    of_body = dict.fromkeys(("dissipative_constant", "max_compression", "contact_time"), "in double precision")
+    assert kinds(*words) == of_speed | of_body
+    with_weight = kinds(*words, "--wall", "--gravity", 9.81)
+    assert [with_weight[name] for name in ("v_star", "epsilon", "contact_time", "epsilon_without_weight")] == [
+        "in double precision",
+        "sampled",
+        "sampled",
+        "in double precision",
+    ]
+    forced = kinds("invert", "--law", "linear", "--epsilon", "0.5", "--stiffness", "1e5", "--mass", "0.1")
+    assert (forced["kappa"], forced["damping"]) == ("proven", "in double precision")
+    assert kinds("invert", "--epsilon", "0.9") == {}
+    material = ("epsilon", *BALL, "--dissipative-constant", 4e-5, "--speed", 0.5)
+    assert "\nAll numbers are in double precision.\n" in printed(*material)
+    assert printed(*words, "--format", "csv").startswith("quantity,value,unit\n")
+
+
 def test_weight():
     """With a load in the scaled equation, or with gravity for a sphere and a wall; and the damping for it."""
     whole = json_of("epsilon", "--law", "linear", "--kappa", "0.5105512753", "--load", "0.1")

@@ -63,6 +63,7 @@ _OF_DOUBLES = 17  # digits with which every double can be told from its neighbou
 _PRECISE = 20  # digits of a damping that is rounded to a double: 17 tell doubles apart, 3 keep the rounding right
 # Sampled numbers are integrated in double precision with errors down to about 1e-12: no smaller one is stated.
 _SAMPLED, _LEAST_SAMPLED = 12, 1e-12
+_SAMPLED_WITH_WEIGHT = {"epsilon", "one_minus_epsilon", "x_max", "tau_c", "max_compression", "contact_time"}
 # v* at which the errors of an approximant are printed, from 1 to where eps is 6e-4, and the digits there, of eps and
 # beyond the size of the error: a choice, of which three are printed.
 _STATED, _STATED_DIGITS = (1, 2, 5, 10), 30
@@ -500,13 +501,15 @@ class _Bodies:
         digits: int,
         unit_of_beta: str = "",
         precise: Mapping[str, float] | None = None,
+        *,
+        proven: bool = True,
     ) -> None:
         """Print the numbers of a collision, and those of a force in SI units, which need all digits of a double.
 
         Parameters
         ----------
         collision : exact.Collision
-            Proven numbers of the scaled equation.
+            Numbers of the scaled equation.
         kappa : float
             Its damping.
         digits : int
@@ -515,6 +518,8 @@ class _Bodies:
             "" if beta has none, or there is no beta.
         precise : mapping of str to float, optional
             The numbers of the collision as doubles, where it has too few digits for them.
+        proven : bool
+            Whether all digits of the collision are those of the wanted one: its kappa was no rounded double.
         """
         numbers, scaled = collision.decimals(), precise or collision.floats()
 
@@ -535,11 +540,12 @@ class _Bodies:
             symbol = "" if law_damping is None else f", and {law_damping.symbol} = {law_damping.definition}"
             lines.append(f"damping is c of the force {law.force}{symbol}")
 
+        proven_names = {*numbers} if proven else set[str]()
         # repr is the shortest decimal that is this double.
         numbers |= {name: repr(float(value)) for name, (value, _) in si_quantities.items()}
         units = {"beta": unit_of_beta, **{name: unit for name, (_, unit) in si_quantities.items()}}
         context = {} if self.load is not None else {"digits": digits}
-        self._print(numbers, units, context, lines, kappa, scaled["epsilon"])
+        self._print(numbers, units, proven_names, context, lines, kappa, scaled["epsilon"])
 
     def show_material(self, pair: Pair, proven: dict[str, str], **context: Any) -> None:
         """Print the numbers of a pair, in double precision except for the proven ones, and warnings about the model.
@@ -566,7 +572,7 @@ class _Bodies:
         units = {"beta": _unit_of_beta(VISCOELASTIC), "dissipative_constant": "s", "max_compression": "m"}
         units["contact_time"] = "s"
         warnings = limits_of(pair, speed, self.strength)
-        self._print(texts, units, context, [], v_star**2, float(numbers["epsilon"]), warnings=warnings)
+        self._print(texts, units, {*proven}, context, [], v_star**2, float(numbers["epsilon"]), warnings=warnings)
 
     def show_adhesive(self, pair: Pair, work: float) -> None:
         """Print the sampled numbers of a `pair` that adheres, and warnings about the model.
@@ -623,6 +629,7 @@ class _Bodies:
         self,
         numbers: Mapping[str, str],
         units: Mapping[str, str],
+        proven: set[str],
         context: Mapping[str, Any],
         lines: Sequence[str],
         kappa: float,
@@ -631,12 +638,16 @@ class _Bodies:
     ) -> None:
         """Print numbers, in a table with a column of units if there are any, and lines below it.
 
+        As text a column says which numbers are proven, unless all are; JSON and CSV have no such column.
+
         With weight, sampled numbers replace those of the collision without weight, whose eps is `epsilon_without`.
 
         Parameters
         ----------
         numbers, units : mapping of str to str
             Texts of the numbers and their units ("" for none), by name.
+        proven : set of str
+            Names of the numbers whose digits are proven; the others are computed in double precision.
         context : mapping
             First entries of JSON.
         lines : sequence of str
@@ -648,17 +659,31 @@ class _Bodies:
         """
         fields, line = law_words(self.law)
         lines = [line, *lines]
+        sampled_names: set[str] = set()
         # A load has no units, so that all numbers are new; a weight leaves those that do not depend on it.
         if (weight := self.weight) is not None:
             sampled, weight_entries, sentence = self._with_weight(weight, kappa, epsilon_without)
-            numbers = sampled if self.load is not None else {**numbers, **sampled}
+            numbers, proven = (sampled, set()) if self.load is not None else ({**numbers, **sampled}, proven)
+            sampled_names = _SAMPLED_WITH_WEIGHT & {*sampled}
             lines.append(sentence)
             further |= weight_entries
         lines += [f"Warning: {text}." for text in further.get("warnings", ())]
-        # The third column stands only if some number has a unit.
+        known = {
+            name: "sampled" if name in sampled_names else "proven" if name in proven else "in double precision"
+            for name in numbers
+        }
+        # The column of units stands only if some number has one. What is known of the numbers stands in another column;
+        # if all are in double precision, in a sentence; and if all are proven, nowhere.
         with_unit = {name: unit for name, unit in units.items() if unit}
-        header = ("quantity", "value", "unit") if with_unit else ("quantity", "value")
-        rows = [(name, value, with_unit.get(name, ""))[: len(header)] for name, value in numbers.items()]
+        columns = {"quantity": {name: name for name in numbers}, "value": numbers}
+        columns |= {"unit": with_unit} if with_unit else {}
+        kinds = {*known.values()}
+        if self.style == "text" and len(kinds) > 1:
+            columns["number is"] = known
+        elif kinds == {"in double precision"}:
+            lines.append("All numbers are in double precision.")
+        header = tuple(columns)
+        rows = [tuple(column.get(name, "") for column in columns.values()) for name in numbers]
         further = ({"units": with_unit} if with_unit else {}) | further
         show(self.style, header, self._rounded(rows), {**context, **fields, **numbers, **further})
         for text in lines if self.style == "text" else ():
@@ -803,7 +828,7 @@ def epsilon(
         return
     if bodies.kappa is not None:
         in_doubles = exact.collision(kappa=repr(bodies.kappa), digits=_IN_DOUBLES, law=law)
-        bodies.show(in_doubles, bodies.kappa, _IN_DOUBLES)
+        bodies.show(in_doubles, bodies.kappa, _IN_DOUBLES, proven=False)
         return
 
     # The scaled equation: exactly one of v*, kappa and beta with a speed. Every digit is proven.
@@ -850,7 +875,8 @@ def invert(
                              compression and the contact time
 
     Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Numbers that need a
-    material, or a stiffness and a mass, are in double precision. Every digit of the other numbers is proven. For a
+    material, or a stiffness and a mass, are in double precision. Every digit of the other numbers is proven. A
+    column of the text says which numbers are which. For a
     material, warnings say which assumptions of the model do not hold.
 
     --gravity (for a material with --wall, or for --stiffness) and --load give eps to a body whose weight acts during
@@ -878,10 +904,12 @@ def invert(
         damped = pair.damped(constant if kappa == kappa_without else constant * kappa / kappa_without)
         bodies.show_material(damped, collision.decimals() if kappa == kappa_without else {}, digits=number)
         return
-    if kappa != kappa_without:
+    has_kappa_of_eps = kappa == kappa_without
+    if not has_kappa_of_eps:
         collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
         precise = collision.floats()
-    bodies.show(collision, kappa, number, "" if speed is None else _unit_of_beta(law), precise)
+    unit_of_beta = "" if speed is None else _unit_of_beta(law)
+    bodies.show(collision, kappa, number, unit_of_beta, precise, proven=has_kappa_of_eps)
 
 
 def _in_unit(name: str, text: str, unit: str) -> float:
