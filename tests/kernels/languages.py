@@ -182,6 +182,7 @@ WAYS = {
     "Julia": Way("julia"),
     "Julia as Python": Way("julia", translated=("python", julia_as_python)),
     "JavaScript": Way("javascript"),
+    "JavaScript, script": Way("script"),
     "Warp": Way("warp", package="warp", exact=False),
     "C sharp": Way("csharp"),
 }

@@ -7,6 +7,7 @@ at their arguments and at random ones, others every day.
 import json
 import math
 import random
+import re
 import subprocess
 from dataclasses import replace
 from functools import cache
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 
 from tests import compiled, daily
+from tests.devtools import opened
 from tests.kernels.languages import FORMS, TYPES, WAYS, tool
 from tests.kernels.test_same_bits import HASHES, digest, functions_of, v_stars
 from viscopade.kernels import catalogue
@@ -248,6 +250,36 @@ def test_what_is_no_number_gives_nan(tmp_path):
     (tmp_path / "main.mjs").write_text(f'import * as v from "./viscopade.mjs"; console.log({", ".join(calls)})')
     ran = subprocess.run([tool("node"), tmp_path / "main.mjs"], capture_output=True, text=True, check=True)
     assert set(ran.stdout.split()) == {"NaN"}
+
+
+def test_a_page_from_the_disk_has_the_functions_of_the_module(tmp_path):
+    """In Node and in Chromium: by the script in exports, whose one global object has what the module exports."""
+    # To 12 digits: pow and log2 of two browsers may differ in the last one.
+    calls = [
+        f"viscopade.{name}({speed}, 1.307)"
+        for name in re.findall(r"^export function (\w+)", (EXPORTS / "viscopade.mjs").read_text(), re.MULTILINE)
+        for speed in ("0", "1e-9", "2", "1e9", "-1", "null")
+    ]
+    values = (
+        f"JSON.stringify([{', '.join(f'({call}).toPrecision(12)' for call in calls)}, Object.keys(viscopade).sort()])"
+    )
+    mains = {
+        "module.mjs": f'import * as viscopade from "{EXPORTS}/viscopade.mjs"; console.log({values});',
+        "script.cjs": f'const viscopade = require("{EXPORTS}/viscopade.js"); console.log({values});',
+    }
+    printed = []
+    for name, main in mains.items():
+        (tmp_path / name).write_text(main)
+        ran = subprocess.run([tool("node"), tmp_path / name], capture_output=True, text=True, check=True)
+        printed.append(ran.stdout.strip())
+    assert printed[0] == printed[1]
+    (tmp_path / "page.html").write_text(
+        f'<!doctype html><title>a</title><script src="{EXPORTS}/viscopade.js"></script>'
+    )
+    with opened(tmp_path / "profile") as tab:
+        tab.open((tmp_path / "page.html").as_uri())
+        assert tab.evaluate(values) == printed[0]
+        assert tab.errors == []
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **o
     - the paper's approximants: c, python, csv, json, latex, certificates,
       vectors;
     - kernels for all v* >= 0: cuda, arrays, fortran, rust, julia, javascript,
-      warp, csharp;
+      script, warp, csharp;
     - the coefficients h_k: series-csv, series-json, series-latex;
     - the version: version-header, for C.
 

@@ -20,6 +20,7 @@ NAMES = (
     "rust",
     "julia",
     "javascript",
+    "script",
     "warp",
     "csharp",
 )
