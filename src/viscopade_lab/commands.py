@@ -14,7 +14,19 @@ from pathlib import Path
 import click
 
 from viscopade import files
-from viscopade.cli.console import SIZE, STYLE, FilePath, Whole, examples, page_of, picture_kind, say, show
+from viscopade.cli.console import (
+    SIZE,
+    STYLE,
+    Command,
+    FilePath,
+    Whole,
+    examples,
+    option,
+    page_of,
+    picture_kind,
+    say,
+    show,
+)
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.extras import require
 from viscopade_lab import figures

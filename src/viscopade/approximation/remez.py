@@ -382,8 +382,8 @@ def _exchange(problem: Problem, reference: list[float]) -> Approximation:
                 raise TooAccurate(abs(float(solution.level)), problem.digits)
             raise _NotFromHere(f"the error alternates {len(extrema)} times, not {len(reference)}")
         # Exchange: the extrema become the points of reference. The least of these errors bounds that of every quotient
-        # from below (de la Vallee-Poussin), if no powers are left out: where it is the largest on the interval, too, the
-        # quotient is the best.
+        # from below (de la Vallee-Poussin), if no powers are left out. Where it is also the largest on the interval,
+        # the quotient is the best.
         chosen = alternating(extrema, len(reference))
         largest, least = max(map(_size, extrema)), min(map(_size, chosen))
         if largest < problem.least_error:

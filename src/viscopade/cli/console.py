@@ -554,6 +554,28 @@ def figures(text: str, digits: int) -> str:
     return f"{number:e}" if "e" in text or number.adjusted() >= digits else f"{number:f}"
 
 
+def page_of(title: str | None, size: tuple[float, float] | None, font_size: float | None) -> Page:
+    """Return the page of a picture, from the typed options --title, --size (width and height in m) and --font-size.
+
+    None stands for an option that is not typed: no title, the drawing's own size, letters of 7.5 points.
+
+    Raises
+    ------
+    ValueError
+        If width or height is not from 2 cm to 2 m, or the font size not from 3 to 72 points.
+    """
+    from viscopade.plots import sheet
+
+    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
+    if size is not None and not 0.02 <= min(size) <= max(size) <= 2:
+        raise ValueError(f"size is {size[0]:g} m, {size[1]:g} m: expected width and height from 2 cm to 2 m")
+    # 3 points can just be read, and 72 points are an inch (chosen by hand).
+    if font_size is not None and not 3 <= font_size <= 72:
+        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
+    inches = None if size is None else (float(size[0]) / 0.0254, float(size[1]) / 0.0254)  # an inch is 0.0254 m
+    return sheet.Page(title, inches, sheet.STYLE["font.size"] if font_size is None else float(font_size))
+
+
 def show(
     style: str,
     header: Sequence[str],

@@ -431,8 +431,8 @@ class SheetLayout:
             names = {i: {key(head.name), key(head.name.rstrip("0123456789"))} for i, head in heads.items()}
             if matches := [i for i in heads if key(target) in names[i]]:
                 return matches
-        # No column has the name: all columns of this quantity. A word for heights, not the letter h or H, is of drops and
-        # of rebounds.
+        # No column has the name: all columns of this quantity. A word for heights, not the letter h or H, is of drops
+        # and of rebounds.
         meant = {"epsilon" if name in ("e", self.form.epsilon) else name for name in quantities(target)}
         values = {i: name for name in self.form.measured for i in self.places[name]}
         all_heights = "height" in meant and len(target) > 1
