@@ -216,7 +216,7 @@ def stated():
     return {at_most(bound.formula) for bound in bounds} | set(re.findall(r"\d\.\d\de-\d+", of_tables))
 
 
-@pytest.mark.parametrize("name", ["reference/exports", "reference/languages", "usage/which-kernel"])
+@pytest.mark.parametrize("name", ["reference/languages", "usage/which-kernel"])
 def test_proven_errors_on_pages_are_those_of_the_files(name):
     numbers = set(re.findall(r"\d\.\d\de-\d+", page(name).partition("## On a GPU")[0]))  # there they are measured
     assert numbers

@@ -31,9 +31,9 @@ extensions = [
     "tools.site.docstrings",
 ]
 root_doc = "docs/index"
-include_patterns = ["*.md", "docs/**.md", "examples/**.md", "checkers/*.md"]
+include_patterns = ["*.md", "docs/**.md", "examples/**.md", "exports/*.md", "checkers/*.md"]
 include_patterns += ["notebooks/*.md", "notebooks/*.ipynb", "derivations/*.md", "derivations/*.py"]
-exclude_patterns = ["build", "src", "tests", "tools", "exports", ".*"]
+exclude_patterns = ["build", "src", "tests", "tools", ".*"]
 source_suffix = {".md": "markdown", ".ipynb": "markdown", ".py": "markdown"}
 
 nitpicky = True

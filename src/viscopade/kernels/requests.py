@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 
 from viscopade.arithmetic.decimals import identifier
+from viscopade.generated import marker_lines
 from viscopade.kernels import catalogue
 from viscopade.kernels.catalogue import Request
 from viscopade.kernels.kernel import Kernel
@@ -114,25 +115,69 @@ def render_series(target: str, order: int, digits: int) -> str:
 
     `digits` is the number of significant digits of each.
     """
-    command = f"viscopade export series-{target} --order {order} --digits {digits}"
+    command = _series_command(target, order, digits)
     renderer = {"csv": tables.series_csv, "json": tables.series_json, "latex": tables.series_latex}[target]
     return renderer(series(order, digits).decimals(), command)
 
 
+def _series_command(target: str, order: int, digits: int) -> str:
+    """Return the command that writes this table of h_k."""
+    return f"viscopade export series-{target} --order {order} --digits {digits}"
+
+
 _SERIES = {f"series.{target}": target for target in ("csv", "json")}
-VERSION_HEADER = "viscopade_version.h"
+VERSION_HEADER, VERSION_COMMAND = "viscopade_version.h", "viscopade export version-header"
 """The header that has the version and no kernel, for CMake and for checks before a kernel is included."""
-NAMES = (*_FILES, *_SERIES, VERSION_HEADER)
+README = "README.md"
+"""The list of the other files."""
+NAMES = (*_FILES, *_SERIES, VERSION_HEADER, README)
 """The files in `exports/`."""
+_FIRST = {
+    "viscopade_speed_1em5.h": "eps from speed and beta, in C and C++",
+    "viscopade.cuh": "eps from speed and beta, on a GPU",
+    "viscopade_full.h": "eps from v* to the last digit, in C and C++",
+    "pade_table.tex": "the paper's table, in LaTeX",
+}
+"""The files that most people want, and what they are for."""
+
+
+def _readme() -> str:
+    """Return the list of all files, each with the command that makes it, as a page of Markdown."""
+    commands = {name: request.command(target) for name, (request, target) in _FILES.items()}
+    commands |= {name: _series_command(target, SERIES_ORDER, SERIES_DIGITS) for name, target in _SERIES.items()}
+    commands[VERSION_HEADER] = VERSION_COMMAND
+    first = [f"- {purpose}: [`{name}`]({name})" for name, purpose in _FIRST.items()]
+    rows = [f"| [`{name}`]({name}) | `{command}` |" for name, command in commands.items()]
+    return "\n".join(
+        [
+            "<!-- " + "\n".join(marker_lines("viscopade reproduce")) + " -->",
+            "",
+            "# Exported files",
+            "",
+            "Each file begins with its command, licence, end condition, and the proven errors of its functions.",
+            "Most people want one of four files:",
+            "",
+            *first,
+            "",
+            "`viscopade reproduce --out exports` writes all of them. One command writes one file:",
+            "",
+            "| file | command |",
+            "|---|---|",
+            *rows,
+            "",
+        ]
+    )
 
 
 def file(name: str) -> str:
     """Return the text of a file in `exports/`, by its name (one of `NAMES`)."""
-    # Three kinds of files: the series, the header with the version, and those with kernels.
+    # Four kinds of files: the series, the header with the version, the list of files, and those with kernels.
     if name in _SERIES:
         return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
     if name == VERSION_HEADER:
-        return version_text(language(_WITH_TABLES), "viscopade export version-header")
+        return version_text(language(_WITH_TABLES), VERSION_COMMAND)
+    if name == README:
+        return _readme()
     return render(*_FILES[name])
 
 
