@@ -679,7 +679,7 @@ class _Bodies:
         columns |= {"unit": with_unit} if with_unit else {}
         kinds = {*standing.values()}
         if self.style == "text" and len(kinds) > 1:
-            columns["number is"] = known
+            columns["number is"] = standing
         elif kinds == {"in double precision"}:
             lines.append("All numbers are in double precision.")
         header = tuple(columns)
