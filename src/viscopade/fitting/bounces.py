@@ -110,7 +110,8 @@ def audible_bounces(instants: FloatArray, sigma: float = HEARING) -> tuple[list[
         rate_after = 1 / ((padded[j + 2 + _STEP] - padded[j + 2])[:, None] * first_share)
         with np.errstate(over="ignore"):
             # s^2 = 0.04^2 + sigma^2 (1/T_1^2 + 1/T_2^2 + (1/T_1 + 1/T_2)^2): ln T_2 - ln T_1 changes by 1/T_1 + 1/T_2
-            # with the instant between the flights, and by 1/T_1 and 1/T_2 with the other two.
+            # with the instant between the flights, and by 1/T_1 and 1/T_2 with the other two. A span near 0 may give an
+            # infinite variance, and the cost 0.
             variance = (
                 _VARIATION**2
                 + np.square(sigma * rate_before)

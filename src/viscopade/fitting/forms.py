@@ -142,6 +142,7 @@ By hand: the usual words and abbreviations in the languages of `QUANTITIES`, as 
 
 # Words between those for an error and for its quantity: "standard error of the height", "Fehler der Höhe". By hand.
 _FILLER = re.compile("of|in|on|the|der|des|von|de|di|standard|estandar|type|mean|bars?")
+# Greek letters, with the two Unicode forms of epsilon and of Delta, and ± as words
 _MARKS = str.maketrans(
     {"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "∆": " delta ", "±": " ± ", "ϵ": " epsilon "}
 )
@@ -159,7 +160,8 @@ _COMMON_UNIT = re.compile(
     r"[kcmuµn]?m|[muµn]?s|sec|in|inch|ft|(?:milli|centi)?met(?:er|re)s?|(?:milli)?seconds?|%|[kcm]?m.*s.*"
     r"|km[\s_/]?p?h|[mk]ph|fps|(?:ft|in)[\s_/].*s"
 )
-_SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
+# The same, or dots: R writes "v..cm.s." for "v (cm/s)"
+_SEPARATOR_OR_DOT = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")
 # A letter for an error, joined to its quantity, which ends the word: "dv", "ueps", "dv_after", but not "dvd". Not the
 # word "se", a standard error of any quantity. Nor uh, uy, sh and sy: u is also a speed, and s a way, which have such
 # components beside a height or a y; chosen by hand.
@@ -167,7 +169,9 @@ _JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^
 # Characters and words of a header that is taken apart, at most: a longer text is a sentence, and each end of it is
 # tried as a unit. Chosen by hand: "standard deviation of the velocity before impact (cm/s)" has 55 characters.
 _LONGEST, _MOST_WORDS = 80, 12
-_LONG_WORD = 4  # characters of a unit without a sign in it, at most: "measured" is no unit, "cms" and "inch" are
+# Characters of a unit without a sign in it, at most, by hand: "measured" begins with m and has an s, but is no unit;
+# "cms" and "inch" are.
+_LONG_WORD = 4
 
 # Name as `plain` writes it, or a single capital letter -> quantities. Names of series, which need a number behind them,
 # end in a line feed here: no other name has one.
@@ -244,7 +248,7 @@ def header(text: str) -> Header:
     """
     # A long text, or one without letters, is no header; ± and / are signs of errors and of a unit, as in "±" and "/s".
     text = text.replace("+/-", "±").replace("+-", "±")
-    is_short = len(text) <= _LONGEST and len(_SEPARATORS.findall(text)) < _MOST_WORDS
+    is_short = len(text) <= _LONGEST and len(_SEPARATOR_OR_DOT.findall(text)) < _MOST_WORDS
     if not is_short or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
     text = _DATA_SET.sub("", " ".join(text.split())).strip()
@@ -275,8 +279,8 @@ def _split_off_unit(head: Header, dimension: str) -> Header:
 
     `head` is what `header` gives, and `dimension` that of the quantity.
     """
-    # Each way to cut the name into a name, a separator and an end
-    ends = [] if head.unit or head.quantities or head.error_of is not None else [*_SEPARATORS.finditer(head.name)]
+    # Each way to cut the name into a name, a separator and an end, unless it is taken apart already, or too long
+    ends = [] if head.unit or head.quantities or head.error_of is not None else [*_SEPARATOR_OR_DOT.finditer(head.name)]
     ends = ends if len(head.name) <= _LONGEST and len(ends) < _MOST_WORDS else []
     cuts = [(head.name[: sign.start()], sign[0], head.name[sign.end() :].strip(" ._")) for sign in ends]
     # An end that is a unit of the dimension; a single letter only if it is common, because a and c are units, too.

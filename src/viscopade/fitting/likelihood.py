@@ -291,7 +291,8 @@ class LawFit:
         slopes = np.empty((len(self.points), len(self.parameters)))
         for i, value in enumerate(self.parameters):
             # Central differences, with a step of 1e-4 of the parameter, as `_STEP`; a parameter near 0, such as p of a
-            # constant eps, gets the step of 1e-3, which is 1e-7: round-off is then 1e-9 of a slope. b stays >= 0.
+            # constant eps, gets the step of 1e-3, which is 1e-7: the round-off of a slope is then about 1e-9. b stays
+            # >= 0.
             low, high, step = self.parameters.copy(), self.parameters.copy(), 1e-4 * max(abs(value), 1e-3)
             high[i] += step
             low[i] -= step if i else min(step, value)
@@ -305,7 +306,8 @@ class LawFit:
 
         It is a quantile of the normal distribution, or of Student's t if the scatter is fitted.
         """
-        # Both tails together have the probability 1 - level: the upper end is the quantile of (1 + level)/2.
+        # Both tails together have the probability 1 - level: the upper end is the quantile of (1 + level)/2. stdtrit is
+        # that of Student's t, with n - k degrees of freedom.
         probability = (1 + level) / 2
         return float(
             special.ndtri(probability) if self.points.errors_complete else special.stdtrit(self.degrees, probability)
@@ -349,7 +351,7 @@ class LawFit:
         return end(-1), end(1)
 
     def _mixture_quantile(self, parameter: int, probability: float) -> float:
-        """Return the value of a parameter below which it lies with this probability, over all values of the scatter."""
+        """Return the value below which b (`parameter` 0) or p (1) lies with this probability, over all scatters."""
         assert self._mixture is not None
         weights, means, variances = self._mixture
         positive = weights > 0
@@ -359,7 +361,9 @@ class LawFit:
             # sum_s w_s Phi((value - mean_s)/sigma_s) - probability, with the normal distribution Phi
             return float(weights[positive] @ special.ndtr((value - centre) / width)) - probability
 
-        # The root lies within 12 standard deviations of the means: a Gaussian's tail beyond, 2e-33, is below round-off.
+        # At each s the parameter is taken as normal: with Gaussian errors it is, and with Student's t nearly (a test has
+        # the likelihood on a grid). The root lies within 12 standard deviations of the means: a Gaussian's tail beyond,
+        # 2e-33, is below round-off.
         ends = float((centre - 12 * width).min()), float((centre + 12 * width).max())
         # Nine digits, or 1e-12 near 0: reports print six.
         return float(optimize.brentq(excess, *ends, xtol=1e-12, rtol=1e-9))

@@ -101,8 +101,8 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
 def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | None:
     """Return the largest change of eps that drag in air may cause, as a sentence; None if it is negligible.
 
-    Each flight has the height or duration that its speed implies in vacuum. If `sphere` is None, the sentence is about
-    a table-tennis ball. `gravity` is in m/s^2.
+    Each flight has the height or duration that its speed implies in vacuum. `recorded` has the measured points, their
+    kind and sheets. If `sphere` is None, the sentence is about a table-tennis ball. `gravity` is in m/s^2.
     """
     # Data that have no flight, a body that air would carry, or a wrong scale of length
     body = sphere or _LIGHT

@@ -44,6 +44,7 @@ _SAME_INSTANT = 6  # decimals of seconds in which equal instants in two sheets a
 # Rows of units between the header and the numbers, at most, chosen by hand: programs write one or two; more rows
 # without a number are data that cannot be read, and are refused as such.
 _ROWS_OF_UNITS = 5
+# A number in ASCII digits with a decimal point, such as "1", "-.5", "1.", "1e-3"
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 # In a cell that is data, and so no unit: it begins with a number, "-1.2", or has a digit that begins a word, "t = 3",
 # or is nan. Digits behind a letter, _, ^ or a minus sign may be the power of a unit: "m2", "s^2", "m s-1", "s⁻1".
@@ -335,7 +336,11 @@ class _Reader:
     """
 
     def __init__(self, sheet: Sheet, layout: forms.SheetLayout, options: Options) -> None:
-        """Take the rows with data of a sheet, and the units in rows between its header and the first number."""
+        """Take the rows with data of a sheet, and the units in rows between its header and the first number.
+
+        `sheet` has the cells below the header, `layout` says which columns have which quantity, and `options` are those
+        of the user.
+        """
         self.sheet, self.layout, self.options, self.form, self.prefix = sheet, layout, options, layout.form, ""
         self.left_out: list[tuple[str, str]] = []
         self.warnings: list[str] = []
@@ -411,7 +416,8 @@ class _Reader:
             sigma = self._numbers(j, f"sigma_{name}") * error_unit.size
             if (blank := np.isfinite(values) & np.isnan(sigma)).any():
                 raise ValueError(f"{self.labels[int(np.argmax(blank))]}: sigma_{name} is '': expected a number >= 0")
-        # Cells of a spreadsheet that show 90 % have the number 0.9: an eps in %, in hundredths, is hardly 1 % or less.
+        # Cells of a spreadsheet that show 90 % have the number 0.9, so that a unit % divides twice: eps of 1 % or less
+        # at all points is hardly meant.
         if unit.text == "%" and name == "epsilon" and len(values) and (values <= 1).all():
             text = f"all numbers are {values.max():g} % or less: is the unit right?"
             raise ValueError(f"{self.layout.cells[i]!r}: {text} Expected numbers such as 90, or a header without %")
@@ -580,7 +586,9 @@ class _Reader:
         for i, head in enumerate(self.layout.headers if is_alone else ()):
             # Any other measured quantity may tell that the list is something else, such as independent falls.
             rivals = {*head.quantities} & {"speed", "speed_out", "epsilon", "e", "energy"}
-            if name == "height":  # of several falls, perhaps, if anything else was measured beside it
+            # Heights are of several falls, perhaps, if anything else was measured beside them; other heights, and the
+            # number of a drop or a frame, leave their meaning.
+            if name == "height":
                 rivals = {*head.quantities} - {"height", "position", "drop_height", "drop", "frame"}
                 rivals |= {
                     dimension
@@ -690,7 +698,7 @@ def _instants_of_flights(flights: Sequel) -> Sequel:
 
 
 def _points_of_speeds(reader: _Reader) -> Points:
-    """Return the points of collisions: of speeds and eps, or of speeds before and after."""
+    """Return the points of collisions in the sheet of a reader: of speeds and eps, or of speeds before and after."""
     if "epsilon" in reader.form.needed and reader.options.resolution is not None:
         raise ValueError("--resolution is for instants, heights or speeds: expected a column sigma_epsilon")
     speed, (after,) = reader.columns("speed")[0], reader.columns(reader.form.needed[1])
@@ -757,7 +765,10 @@ def _successive(reader: _Reader) -> list[Sequel]:
 
 
 def _points_of_heights(reader: _Reader) -> Points:
-    """Return the points of drops and rebounds, after checks that heights fall, as those of one body do."""
+    """Return the points of drops and rebounds in the sheet of a reader.
+
+    ValueError: the heights do not fall as those of one body do.
+    """
     # A column of heights may be of independent drops; several columns may be in another order.
     drops = _successive(reader)
     advice = bounces.INDEPENDENT if reader.form.needed == ("height",) else bounces.ORDER
