@@ -361,9 +361,9 @@ class LawFit:
             # sum_s w_s Phi((value - mean_s)/sigma_s) - probability, with the normal distribution Phi
             return float(weights[positive] @ special.ndtr((value - centre) / width)) - probability
 
-        # At each s the parameter is taken as normal: with Gaussian errors it is, and with Student's t nearly (a test has
-        # the likelihood on a grid). The root lies within 12 standard deviations of the means: a Gaussian's tail beyond,
-        # 2e-33, is below round-off.
+        # At each s the parameter is taken as normal: with Gaussian errors it is, and with Student's t nearly (a test
+        # has the likelihood on a grid). The root lies within 12 standard deviations of the means: a Gaussian's tail
+        # beyond, 2e-33, is below round-off.
         ends = float((centre - 12 * width).min()), float((centre + 12 * width).max())
         # Nine digits, or 1e-12 near 0: reports print six.
         return float(optimize.brentq(excess, *ends, xtol=1e-12, rtol=1e-9))

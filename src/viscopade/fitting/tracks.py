@@ -155,9 +155,11 @@ class _Parabola:
 
     def is_near(self, time: FloatArray, height: FloatArray, noise: float) -> FloatArray:
         """Return for each frame of these times and heights whether the parabola predicts it within its errors."""
+        # The three powers 1, t - m and (t - m)^2 of each frame. The variance of a frame outside the fit for errors of
+        # 1: 1 of the frame, and that of the parabola.
         powers = np.vander(time - self.middle, 3, increasing=True)
-        # The variance of a frame outside the fit: 1 of the frame, and that of the parabola.
         variance = 1 + np.einsum("ki,ij,kj->k", powers, self.covariance, powers)
+        # Near: off by _OFF, five, standard errors or less
         return np.asarray(np.abs(height - powers @ self.c) <= _OFF * noise * np.sqrt(variance))
 
     def slope(self, time: float) -> tuple[float, float]:

@@ -190,9 +190,10 @@ def collisions_at_nodes() -> Nodes:
     """Compute the collisions at the nodes: first the load G_s that just keeps a sphere down, then lesser loads."""
     # At G_s the sphere rebounds at w = 2 G kappa and comes to rest at x = 0: there w^2 = 2 G x_c with x_c = kappa w.
     # The motion backward from this end, p = x_c^(1/2) = kappa (2 G)^(1/2), gives the speed at first contact, which
-    # scales kappa and G. So any guess of the load will do; with this formula, fitted by hand, the speed is 0.6 to 1
-    # (measured), and the nodes are nearly where kappa was taken. The factor 1.2 keeps the last one above LARGEST
-    # after scaling: it is 7.01.
+    # scales kappa and G. So any guess of the load will do. In this one, kappa^(-6/11) is the law for small kappa: under
+    # large loads x ~ G^(2/3) and x' ~ G^(5/6), so that the loss is kappa L ~ kappa G^(11/6). The other numbers were
+    # fitted to G_s: the speed is then 0.6 to 1 (measured), and the nodes are nearly where kappa was taken. The factor
+    # 1.2 keeps the last one above LARGEST after scaling: it is 7.01.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
