@@ -362,13 +362,15 @@ class SheetLayout:
     def errors(self) -> dict[int, int]:
         """Return the column of the standard errors of each column that has one: index of values -> index of errors.
 
-        ValueError: a column of errors may belong to several quantities.
+        Indices are from 0. ValueError: a column of errors may belong to several quantities.
         """
+        # The columns whose errors are used: index -> name of the quantity
         values = {i: name for name in self.form.measured for i in self.places[name]}
         # Columns that options name for the errors of a quantity.
         chosen = {name: self.columns(f"sigma_{name}") for name in {*values.values()} if f"sigma_{name}" in self.places}
         error_columns = {i: j for i, name in values.items() for j in chosen.get(name, ())}
-        # Options decide on the errors of their quantities; headers on those of the others.
+        # Options decide on the errors of their quantities; headers, of the columns that are not read as values, on
+        # those of the others. The option sigma, for the errors of the only quantity, leaves no header to ask.
         undecided = {i: name for i, name in values.items() if name not in chosen}
         by_option, read_columns = len(undecided) < len(values), {i for indices in self.places.values() for i in indices}
         heads = {j: head for j, head in enumerate(self.headers) if j not in read_columns and "sigma" not in self.places}
@@ -383,13 +385,15 @@ class SheetLayout:
             is_plus_minus = "±" in self.headers[j].name
             left = self.headers[j - 1] if j in heads and j > 0 and j - 1 not in values else Header("")
             is_of_another, is_unknown = bool(left.quantities), bool(left.name) and is_plus_minus
+            # The only column of errors is that of the only quantity; one of several, or with ±, that of the column on
+            # its left. Else it may be of any quantity, and an option has to say.
             if len(self.form.measured) == len(unnamed) == 1 and not (is_of_another or is_unknown):
                 error_columns = dict.fromkeys(undecided, j) | error_columns
             elif j - 1 in values and (len(unnamed) > 1 or is_plus_minus):
                 self._assign_errors(j, [j - 1] if j - 1 in undecided else [], error_columns)
             elif not (by_option or is_of_another):
                 self._assign_errors(j, [], error_columns, self.form.measured)
-        # The errors of one of two speeds are those of the other, too.
+        # Of the speeds before and after, the errors of one are those of the other, too, unless options name both.
         speeds = [i for name in ("speed", "speed_out") for i in self.places.get(name, ()) if i in values]
         if len(speeds) == 2 and not {"sigma_speed", "sigma_speed_out"} <= {*self.places}:
             error_columns |= {
