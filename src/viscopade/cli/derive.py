@@ -672,7 +672,7 @@ class _Bodies:
             name: "sampled" if name in sampled_names else "proven" if name in proven else "in double precision"
             for name in numbers
         }
-        # The column of units stands only if some number has one. What is standing of the numbers stands in another column;
+        # The column of units stands only if some number has one. What is known of the numbers stands in another column;
         # if all are in double precision, in a sentence; and if all are proven, nowhere.
         with_unit = {name: unit for name, unit in units.items() if unit}
         columns = {"quantity": {name: name for name in numbers}, "value": numbers}
