@@ -29,7 +29,7 @@ SAMPLE = (
     "docs/figures/README.html",
     "notebooks/02_derivation.html",
     "derivations/06_time_reversal.html",
-    "exports/index.html",
+    "exports/README.html",
     "genindex.html",
 )
 DERIVATIONS = sorted((ROOT / "derivations").glob("[0-9]*.py"))
