@@ -54,12 +54,12 @@ COLORS: Mapping[Fraction, str] = {
 ENDS: Mapping[End, tuple[float, ...]] = {"force": (), "return": SHORT}
 """The ends of contact, and the dashes of their curves."""
 
-# K of the points of a curve: 0.06 and 0.1 apart on the linear axis, which ends at 3, and 8 to a decade beyond, where
-# curves are nearly straight on logarithmic axes. Each point is an exact collision: they are as few as look smooth.
-DAMPINGS = np.concatenate([np.linspace(0.02, 0.5, 9), np.linspace(0.58, 3, 26), np.geomspace(3.4, 100, 12)])
+# K of the 200 points of a curve: most on the linear axis, which ends at 3, where they are closer (50 to an inch) than a
+# line is wide; beyond, curves are nearly straight on logarithmic axes. Each point is an exact collision.
+DAMPINGS = np.concatenate([np.linspace(0.02, 3, 150), np.geomspace(3.1, 100, 50)])
 LEAST_SHOWN = 1e-6  # of eps: the frame's lower end. At K = 100, eps = K^-nu is 1e-5 for nu = 5/2 and more for others
-# Close to the largest K of the end x = 0, eps falls to 0 steeply; this many bisections show it: 0.1/2^12 is 2e-5 in K.
-HALVINGS = 12
+# Close to the largest K of the end x = 0, eps falls to 0 steeply; this many bisections show it: 0.02/2^20 is 2e-8 in K.
+HALVINGS = 20
 
 
 def law_with(nu: Fraction, end: End = "force") -> Law:
@@ -123,7 +123,9 @@ def _universal_curves() -> Sheet:
     label_axes(bottom, "$K$", EPSILON, (0.05, 100), (LEAST_SHOWN, 1.5), "xy")
     for nu, color in COLORS.items():
         for end, dashes in ENDS.items():
-            if nu > 1 or end == "force":  # for nu = 1 the force vanishes at x = 0: both ends are one
+            # For nu = 1 the force vanishes at x = 0: both ends are one. The curve of nu = 5/4 and the end x = 0 lies on
+            # the solid ones: on that of 5/4 at small K, and on that of 5/3 at large K.
+            if nu > Fraction(5, 4) or end == "force":
                 kappa, value = curve(law_with(nu, end))
                 for axes, where in ((top, "linear"), (bottom, "logarithmic")):
                     name = f"{end}-{nu}-{where}".replace("/", "-")
@@ -141,24 +143,25 @@ def _universal_curves() -> Sheet:
 
 # --- damping formulas -------------------------------------------------------------------------------------------------
 
-ASKED = np.linspace(0.04, 1, 33)  # eps asked for, 0.03 apart: the curves are smooth functions of it
+ASKED = np.linspace(0.04, 1, 200)  # eps asked for: 75 to an inch of the axis, closer than a line is wide
 LARGEST_SHOWN = 0.07  # of the errors in the lower part: those of the good formulas; the bad ones leave it
 
-FORMULAS: Mapping[str, tuple[Look, tuple[float, str] | Beside]] = {
-    "Lee and Wang": (Look(ORANGE, DASHED, text="#A87400"), (0.45, "below")),
-    "Lankarani and Nikravesh": (Look(VERMILION, text=VERMILION), (0.25, "below")),
-    "Hunt and Crossley": (Look(BLUE, text=BLUE), (0.45, "below")),
-    "Herbert and McWhannell": (Look(GREEN, DASH_DOT, text=GREEN), (0.25, "below")),
-    "Qin and Lu": (Look(PURPLE, text="#A04578"), (0.3, -4, 0)),
-    "Safaeifar and Farshidianfar": (Look(GREEN, DOTTED, text=GREEN), (0.53, 0, -8)),
-    "Gonthier et al.": (Look(BLACK, SHORT), (0.77, 0, -4)),
-    "Hu and Guo": (Look(BLUE, DASHED, text=BLUE), (0.21, 0, 9)),
-    "Ye et al.; Flores et al.": (Look(VERMILION, DOTTED, text=VERMILION), (0.205, 0, -5)),
-    "Gharib and Hurmuzlu": (Look(SKY, text="#2277AA"), (0.78, "above")),
+FORMULAS: Mapping[str, tuple[Look, tuple[float, str] | None, Beside | None]] = {
+    "Lee and Wang": (Look(ORANGE, DASHED, text="#A87400"), (0.45, "below"), None),
+    "Lankarani and Nikravesh": (Look(VERMILION, text=VERMILION), (0.25, "below"), None),
+    "Hunt and Crossley": (Look(BLUE, text=BLUE), (0.45, "below"), None),
+    "Herbert and McWhannell": (Look(GREEN, DASH_DOT, text=GREEN), (0.25, "below"), None),
+    "Qin and Lu": (Look(PURPLE, text="#A04578"), (0.13, "above"), (0.3, -4, 0)),
+    "Gharib and Hurmuzlu": (Look(SKY, text="#2277AA"), (0.78, "above"), None),
+    "Safaeifar and Farshidianfar": (Look(GREEN, DOTTED, text=GREEN), None, (0.53, 0, -8)),
+    "Gonthier et al.": (Look(BLACK, SHORT), None, (0.77, 0, -4)),
+    "Hu and Guo": (Look(BLUE, DASHED, text=BLUE), None, (0.21, 0, 9)),
+    "Ye et al.; Flores et al.": (Look(VERMILION, DOTTED, text=VERMILION), None, (0.205, 0, -5)),
 }
-"""The curve of each formula, and where its name stands: along it in the upper part, or beside it in the lower part.
+"""The curve of each formula, and where its name stands along it in the upper part, and beside it in the lower part.
 
-(e, "below" or "above"), or (e, points to the right, points upwards); chosen by eye, so that no name covers a curve.
+(e, "below" or "above"), and (e, points to the right, points upwards); chosen by eye, so that no name covers a curve. A
+curve is drawn where it has a name: those that lie together in the upper part are in the lower one.
 """
 
 
@@ -172,19 +175,19 @@ def _damping_formulas() -> Sheet:
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
     formulas = {formula.name: formula for formula in textbook.HUNT_CROSSLEY}
-    write_text(bottom, r"as asked for: $\varepsilon = e$", (0.57, 0), (0, 3))  # 3 points above a free part of the line
-    for name, (look, place) in FORMULAS.items():
+    write_text(bottom, r"as asked for: $\varepsilon = e$", (0.78, 0), (0, 3))  # 3 points above a free part of the line
+    for name, (look, along, beside) in FORMULAS.items():
         # The eps that contacts with the damping of this formula have, by the exact function.
         delivered = np.array(
-            [float(textbook.delivered_epsilon(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()]
+            [float(textbook.delivered_epsilon(formulas[name], f"{e:.6g}", DIGITS)) for e in ASKED.tolist()]
         )
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
-        draw_look(top, look, ASKED, delivered, gid)
-        draw_look(bottom, look, ASKED, delivered - ASKED, f"{gid}-error")
-        if len(place) == 2:
-            write_along(top, name, ASKED, delivered, *place, look.text)
-        else:
-            x_text, right, above = place
+        if along is not None:
+            draw_look(top, look, ASKED, delivered, gid)
+            write_along(top, name, ASKED, delivered, *along, look.text)
+        if beside is not None:
+            draw_look(bottom, look, ASKED, delivered - ASKED, f"{gid}-error")
+            x_text, right, above = beside
             text = name.replace("and F", "and\nF")  # the longest name takes two lines
             point = x_text, np.interp(x_text, ASKED, delivered - ASKED)
             write_text(bottom, text, point, (right, above), look.text, 6)  # 6 points, as `write_along` has
