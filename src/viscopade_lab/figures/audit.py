@@ -227,8 +227,8 @@ def _weight() -> Sheet:
     for name, (_, color) in WITH_WEIGHT.items():
         for end, look in (("force", Look(color)), ("return", Look(color, DASHED))):
             law = law_of(name, end)
-            # For nu = 1 the force vanishes at x = 0: both ends are one. Tsuji's curve lies on the solid one of the linear
-            # law: they differ by 0.003 at most.
+            # For nu = 1 the force vanishes at x = 0: both ends are one. Tsuji's curve lies on the solid one of the
+            # linear law: they differ by 0.003 at most.
             if end == "return" and (law.nu <= 1 or name == "tsuji"):
                 continue
             kappa = float(kappa_for_epsilon(law, str(CHOSEN)))

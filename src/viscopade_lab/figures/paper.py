@@ -331,14 +331,16 @@ def _materials() -> Sheet:
     ends = 1e-4, 10.0
     label_axes(axes, "impact speed (m/s)", EPSILON, ends, (0, 1.06), "x")  # 1.06: a margin above the broad curve at 1
     speeds = np.geomspace(*ends, 401)  # 80 to a decade: curves look smooth
-    # The series is cut off at k_c = 20, as in the paper's text, and drawn to just beyond the frame: -0.1 … 1.1.
+    # The series is cut off at k_c = 20, as in the paper's text, and drawn to just beyond the frame: -0.1 … 1.1. Those
+    # of steel and rubber, v* < 1, lie on the exact curves and are not drawn.
     for name, (epsilon, speed, place) in MATERIALS.items():
         v_star = float(double.v_star_from(epsilon)) * (speeds / speed) ** 0.1  # v* ~ v^(1/10)
         draw_curve(axes, "exact", speeds, double.epsilon(v_star), gid=f"exact-{name}")
-        draw_curve(axes, "k_c=20", speeds, _until_out(_truncated(v_star, 20), -0.1, 1.1), gid=f"series-{name}")
+        if v_star[-1] > 1:
+            draw_curve(axes, "k_c=20", speeds, _until_out(_truncated(v_star, 20), -0.1, 1.1), gid=f"series-{name}")
         draw_curve(axes, "[3/6]", speeds, _pade((3, 6), v_star), place, gid=f"pade-{name}", text=name)
     axes.legend(
-        axes.lines[:3], ("exact", "series to order 20", "[3/6] of the paper"), loc="center right", frameon=False
+        axes.lines[-3:], ("exact", "series to order 20", "[3/6] of the paper"), loc="center right", frameon=False
     )
     return sheet
 
@@ -364,9 +366,10 @@ def _truncated_series_diverge() -> Sheet:
 def _pade_at_large_v_star() -> Sheet:
     """Return the figure: eps, five [m/n] and two power laws, above as they are and below times v*^(10/3)."""
     sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
-    # eps falls from 1 to 2.8e-7 at v* = 100. Times v*^(10/3) it tends to 1.31; [0/3] ~ v*^-2 leaves that frame upwards.
+    # eps falls from 1 to 2.8e-7 at v* = 100. Times v*^(10/3) it tends to 1.31, and [1/4] reaches 4.5 at v* = 100: on a
+    # linear axis to 5 the curves are apart; [0/3] ~ v*^-2 leaves it upwards.
     label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
-    label_axes(scaled, V_STAR, EPSILON + " $v_*^{10/3}$", (0.1, 100), (1e-3, 30), "xy")
+    label_axes(scaled, V_STAR, EPSILON + " $v_*^{10/3}$", (0.1, 100), (0, 5), "x")
     zero = _positive_root((2, 5), "zero")
     v_star = _with_approach(LOGARITHMIC, zero)
     large = LOGARITHMIC[LOGARITHMIC >= 1]  # power laws below v* = 1 would exceed eps = 1
