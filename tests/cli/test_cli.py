@@ -243,6 +243,15 @@ def test_invert_with_and_without_a_material():
     assert float(back["epsilon"]) == pytest.approx(0.9, rel=1e-14, abs=0)
 
 
+def test_epsilon_takes_the_damping_from_an_eps_at_a_speed():
+    """As `plot` and `table` do: the collision is the one that `invert` has."""
+    spring = ("--law", "linear", "--stiffness", "1e5", "--mass", "0.1")
+    for more in ((), BALL, (*BALL, "--wall", "--gravity", 9.81), spring):
+        words = ("--epsilon", "0.9", "--speed", "0.5", *more)
+        assert json_of("epsilon", *words) == json_of("invert", *words)
+    assert printed("epsilon", "--epsilon", "0.9", "--speed", 1) == printed("invert", "--epsilon", "0.9", "--speed", 1)
+
+
 def test_numbers_that_are_not_proven_are_marked():
     """Of a material A and the SI units are doubles; with weight more of them, and eps is sampled."""
 

@@ -619,6 +619,36 @@ class _Bodies:
             for text in warnings:
                 say(f"Warning: {text}.")
 
+    def show_damped(self, epsilon: str | None, one_minus_epsilon: str | None = None) -> None:
+        """Print the numbers of the collision of these bodies, which have the damping that gives a wanted eps.
+
+        One of both is typed, eps or 1 - eps; with a weight it is the eps with this weight.
+        """
+        from viscopade.collision import exact
+
+        law, speed, pair, number = self.law, self.speed, self.pair, self.digits or ALL_DIGITS
+        collision = exact.invert(epsilon, number, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
+
+        # Numbers in double precision need the damping to 20 digits, and one that compensates the weight.
+        precise = collision.floats()
+        if number < _PRECISE:
+            to_20_digits = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
+            precise = to_20_digits.floats()
+        kappa_without = precise["v_star"] ** law.d  # kappa = v*^d, for bodies without weight
+        kappa = self.with_weight(kappa_without, precise["epsilon"])
+        has_kappa_of_eps = kappa == kappa_without
+        # The A of a material is in proportion to kappa.
+        if pair is not None:
+            constant = pair.dissipative_constant(precise["beta"])
+            damped = pair.damped(constant if has_kappa_of_eps else constant * kappa / kappa_without)
+            self.show_material(damped, collision.decimals() if has_kappa_of_eps else {}, digits=number)
+            return
+        if not has_kappa_of_eps:
+            collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
+            precise = collision.floats()
+        unit_of_beta = "" if speed is None else _unit_of_beta(law)
+        self.show(collision, kappa, number, unit_of_beta, precise, proven=has_kappa_of_eps)
+
     def _rounded(self, rows: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
         """Return rows (name, number, …) for `show`: in text with the digits that are read, in JSON and CSV with all."""
         if self.style != "text":
@@ -761,9 +791,10 @@ def _force(law: Law, speed: str | None, typed: Mapping[str, str | None]) -> tupl
 @click.command(cls=Command, epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
 @option(
     "--v-star",
-    help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. For other laws it is kappa^(1/d), with --end return "
-    "kappa.",
+    help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. For other laws v* is kappa^(1/d); with --end "
+    "return, kappa.",
 )
+@option("--epsilon", "epsilon_at_speed", help="eps at --speed, instead of the damping.")
 @option("--kappa", group="Other laws", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
 @option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
 @option("--damping", group="Other laws", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
@@ -772,6 +803,7 @@ def _force(law: Law, speed: str | None, typed: Mapping[str, str | None]) -> tupl
 @_of_bodies("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 def epsilon(
     v_star: str | None,
+    epsilon_at_speed: str | None,
     kappa: str | None,
     beta: str | None,
     damping: str | None,
@@ -779,14 +811,23 @@ def epsilon(
     stiffness: str | None,
     mass: str | None,
     adhesion: float | None,
+    dissipative_constant: float | None,
     **options: Any,
 ) -> None:
     """Print eps, maximal compression and contact time.
 
-    Give one of these sets of options: --v-star; --kappa; --beta and --speed; a material and --speed; or --stiffness,
-    --damping, --mass and --speed. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
+    Give one of these sets of options:
 
-    For v*, kappa or beta every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), tau_c in units of
+    \b
+    --v-star, or --kappa
+    --beta and --speed
+    --epsilon and --speed             the damping follows from this eps
+    a material and --speed            with A, or with --epsilon
+    --stiffness, --mass and --speed   with --damping, or with --epsilon
+
+    Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
+
+    For v*, kappa, beta or eps every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), tau_c in units of
     (rho/m_eff)^(-2/5) v^(-1/5). For a material the numbers are in double precision, and warnings say which assumptions
     of the model do not hold.
 
@@ -799,14 +840,29 @@ def epsilon(
 
     --adhesion makes the surfaces of a material adhere (JKR): a neck costs energy, and below the sticking speed the
     bodies stay together. These numbers are sampled, too.
-    """
+    """  # noqa: D301
     from viscopade.collision import exact
 
+    # From an eps at a speed the damping follows, and no other one may be typed.
+    scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
+    if epsilon_at_speed is not None:
+        others = {"--dissipative-constant": dissipative_constant, "--damping": damping, "--adhesion": adhesion}
+        for flag, value in (scaled | others).items():
+            if value is not None:
+                raise click.UsageError(f"--epsilon and {flag} are given: expected one of them")
+        if options["speed"] is None:
+            raise click.UsageError(
+                "--epsilon is given: expected --speed with it, the impact speed at which eps is known"
+            )
+        bodies = _Bodies.from_options(force={"stiffness": stiffness, "mass": mass}, digits=digits, **options)
+        bodies.show_damped(epsilon_at_speed)
+        return
+
     # Refuse options that do not belong together.
+    options["dissipative_constant"] = dissipative_constant
     force = {"stiffness": stiffness, "damping": damping, "mass": mass}
     bodies = _Bodies.from_options(force=force, digits=digits, **options)
     law, speed = bodies.law, bodies.speed
-    scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
     if bodies.constants:
         subject = "--stiffness, --damping and --mass are" if bodies.pair is None else "a material is"
         if any(value is not None for value in scaled.values()):
@@ -834,8 +890,8 @@ def epsilon(
     # The scaled equation: exactly one of v*, kappa and beta with a speed. Every digit is proven.
     if sum(value is not None for value in scaled.values()) != 1 or (beta is None) != (speed is None):
         raise click.UsageError(
-            "the options do not give one v*: expected --v-star, --kappa, --beta with --speed, --stiffness with "
-            "--damping and --mass, or a material with --speed"
+            "the options do not give one v*: expected --v-star, --kappa, --beta or --epsilon with --speed, --stiffness "
+            "with --damping and --mass, or a material with --speed"
         )
     number, unit = digits or ALL_DIGITS, ""
     if beta is not None and speed is not None and law == VISCOELASTIC:
@@ -874,42 +930,18 @@ def invert(
                              law's own damping constant, the maximal
                              compression and the contact time
 
-    Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Numbers that need a
-    material, or a stiffness and a mass, are in double precision. Every digit of the other numbers is proven. A
-    column of the text says which numbers are which. For a
-    material, warnings say which assumptions of the model do not hold.
+    Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Numbers that need a material, or a
+    stiffness and a mass, are in double precision. Every digit of the other numbers is proven. A column of the text says
+    which numbers are proven. For a material, warnings say which assumptions of the model do not hold.
 
     --gravity (for a material with --wall, or for --stiffness) and --load give eps to a body whose weight acts during
     the contact. These numbers are sampled in double precision.
     """  # noqa: D301
-    from viscopade.collision import exact
-
     if (epsilon is None) == (one_minus_epsilon is None):
         which = "neither" if epsilon is None else "both"
         raise click.UsageError(f"--epsilon and --one-minus-epsilon: {which} given, expected exactly one of them")
     bodies = _Bodies.from_options(force={"stiffness": stiffness, "mass": mass}, digits=digits, **options)
-    law, speed, pair = bodies.law, bodies.speed, bodies.pair
-    number = digits or ALL_DIGITS
-    collision = exact.invert(epsilon, number, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
-
-    # Numbers in double precision need the damping to 20 digits, and one that compensates the weight.
-    precise = collision.floats()
-    if number < _PRECISE:
-        precise = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law).floats()
-    kappa_without = precise["v_star"] ** law.d  # kappa = v*^d, for bodies without weight
-    kappa = bodies.with_weight(kappa_without, precise["epsilon"])
-    # The A of a material is in proportion to kappa.
-    if pair is not None:
-        constant = pair.dissipative_constant(precise["beta"])
-        damped = pair.damped(constant if kappa == kappa_without else constant * kappa / kappa_without)
-        bodies.show_material(damped, collision.decimals() if kappa == kappa_without else {}, digits=number)
-        return
-    has_kappa_of_eps = kappa == kappa_without
-    if not has_kappa_of_eps:
-        collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
-        precise = collision.floats()
-    unit_of_beta = "" if speed is None else _unit_of_beta(law)
-    bodies.show(collision, kappa, number, unit_of_beta, precise, proven=has_kappa_of_eps)
+    bodies.show_damped(epsilon, one_minus_epsilon)
 
 
 def _in_unit(name: str, text: str, unit: str) -> float:
