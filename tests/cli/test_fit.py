@@ -8,7 +8,7 @@ import pytest
 
 from tests.cli import called, json_of, printed, said
 from tests.fitting.test_contacts import REPORTED, fallen
-from viscopade import Pair, Sphere
+from viscopade import Pair, Sphere, pade
 from viscopade.arrays import double
 from viscopade.fitting.flight import Flight
 from viscopade.scene.read import from_toml
@@ -332,6 +332,30 @@ def test_all_curves_have_one_eps_at_the_speed():
     assert curves["law 1,1"][1] == pytest.approx(0.6)
     assert curves["LIGGGHTS: hooke"] == pytest.approx([0.6] * 3)  # nu = 2, and the end for which its formula is made
     assert curves["[3/6]"] == pytest.approx(curves["viscoelastic"], rel=0.02)
+
+
+def test_an_approximant_has_a_column_of_its_error():
+    """Also where it is far below the last digit of a double; the first term of its series is known there."""
+    words = ("table", "--epsilon", "0.9", "--speed", "1", "--pade", "3/6", "--points", "5", "--law", "linear")
+    exact_curve, _, approximant = json_of(*words)["curves"]
+    assert approximant["name"] == "[3/6]"
+    quotients = np.divide(approximant["epsilon"], exact_curve["epsilon"]) - 1
+    assert approximant["error"] == pytest.approx(quotients, abs=1e-15)
+    header, *rows = printed(*words, "--format", "csv").splitlines()
+    assert header == "speed (m/s),viscoelastic,law linear,[3/6],error of [3/6]"
+    assert [row.split(",")[-1] for row in rows] == [f"{error:.2g}" for error in approximant["error"]]
+    over_v_star = json_of("table", "--pade", "3/6", "--pade", "60/63", "--from", "0.001", "--to", "1", "--points", "2")
+    (_, first, second) = over_v_star["curves"]
+    p = pade(3, 6, 30)
+    assert first["error"][0] == pytest.approx(-float(p.next_term.mid()) * 0.001**p.contact_order * 0.001, rel=1e-2)
+    assert second["error"] == [0, 0]
+
+
+def test_a_table_has_the_digits_asked_for():
+    words = ("table", "--epsilon", "0.9", "--speed", "1", "--points", "2")
+    (eps, _) = json_of(*words)["curves"][0]["epsilon"]
+    assert f"0.001,{eps:.6g}\n" in printed(*words, "--format", "csv")
+    assert f"0.001,{eps:.17g}\n" in printed(*words, "--format", "csv", "--digits", "17")
 
 
 def test_beta_has_its_unit():

@@ -315,25 +315,16 @@ def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
 
     The relative error is p(v*)/eps(v*) - 1.
     """
-    from flint import arb, arb_poly
-
-    from viscopade.arithmetic.balls import bits_for, working
-    from viscopade.collision import exact
+    from viscopade.kernels.quotient import relative_errors
     from viscopade.theory.pade import pade
 
     # The error at v* = 1 is no less than 10^-(m+n) (measured up to [90/93]: 2e-63), so that as many digits more than
     # `_STATED_DIGITS` show some of its digits. The coefficients are made anew with them.
     digits = _STATED_DIGITS + p.m + p.n
-    precise = pade(p.m, p.n, digits)
-    a, b = arb_poly(list(precise.a)), arb_poly(list(precise.b))
-    errors = []
-    for v_star in (*_STATED, *[v_star_max] * (v_star_max > max(_STATED))):
-        # The quotient of the polynomials has 64 bits (19 digits) more, a margin chosen by hand for what their sums
-        # lose. The middle of the ball is taken, without its radius: the errors are "sampled".
-        true = exact.epsilon(v_star, digits)
-        with working(bits_for(digits) + 64):
-            errors.append((v_star, float((a(v_star) / b(v_star) / arb(true) - 1).mid())))
-    return errors
+    v_stars = [*_STATED, *[v_star_max] * (v_star_max > max(_STATED))]
+    # The middle of each enclosure is taken, without its radius: the errors are "sampled".
+    errors = [float(error.mid()) for error in relative_errors(pade(p.m, p.n, digits), v_stars, digits)]
+    return [*zip(v_stars, errors, strict=True)]
 
 
 # --- epsilon and invert -----------------------------------------------------------------------------------------------
@@ -698,7 +689,7 @@ class _Bodies:
             lines.append(sentence)
             further |= weight_entries
         lines += [f"Warning: {text}." for text in further.get("warnings", ())]
-        standing = {
+        kind_by_name = {
             name: "sampled" if name in sampled_names else "proven" if name in proven else "in double precision"
             for name in numbers
         }
@@ -707,9 +698,9 @@ class _Bodies:
         with_unit = {name: unit for name, unit in units.items() if unit}
         columns = {"quantity": {name: name for name in numbers}, "value": numbers}
         columns |= {"unit": with_unit} if with_unit else {}
-        kinds = {*standing.values()}
+        kinds = {*kind_by_name.values()}
         if self.style == "text" and len(kinds) > 1:
-            columns["number is"] = standing
+            columns["number is"] = kind_by_name
         elif kinds == {"in double precision"}:
             lines.append("All numbers are in double precision.")
         header = tuple(columns)

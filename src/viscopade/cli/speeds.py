@@ -48,7 +48,9 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.plots.speeds import SpeedCurve, Weight
 
-_FIGURES = 6  # of a number in a table; chosen by hand, and JSON has all
+# Digits of a number in a table, chosen by hand; those with which every double can be told from its neighbours; and
+# those of an error, of which the size is enough. JSON has all.
+_FIGURES, _OF_DOUBLES, _OF_ERRORS = 6, 17, 2
 _MOST_ROWS = 10_000  # chosen by hand: more than anybody reads, and few enough for the memory
 _DRAWN = 200  # points of a curve: 70 to an inch of the axis, closer than a line is wide (1.3 points, 55 to an inch)
 # A point with weight or adhesion is an integration of about 20 ms, and a curve has fewer of them: 64 take 1.3 s. A
@@ -171,12 +173,21 @@ def plot(
 @click.command("table", cls=Command, epilog=examples("viscopade table --from 0.1 --to 10"))
 @with_options(*_CURVES)
 @option("--points", type=Whole(2, _MOST_ROWS), help="Number of speeds.  [default: three per decade]")
+@option(
+    "--digits",
+    group="Output",
+    type=Whole(1, _OF_DOUBLES),
+    default=_FIGURES,
+    show_default=True,
+    help="Significant digits; JSON has all.",
+)
 @STYLE
-def table_command(points: int | None, style: str, **options: Any) -> None:
+def table_command(points: int | None, digits: int, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
     `viscopade plot` has the same options. For a material without --gravity and --adhesion the table also has the
-    contact time and the maximal compression. All numbers are in SI units and in double precision.
+    contact time and the maximal compression. All numbers are in SI units and in double precision. For each --pade there
+    is a column of its relative error, [m/n]/eps - 1, where eps is that of the first spheres. An error below 1e-28 is 0.
     """
     import numpy as np
 
@@ -197,15 +208,18 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     key = "v_star" if over_v_star else "speed"
     columns: list[tuple[str, Any]] = [("v*" if over_v_star else "speed (m/s)", speeds)]
     columns += [("eps" if len(curves) == 1 else curve.name, curve.epsilon(speeds)) for curve in curves]
+    errors = {f"error of {curve.name}": curve.error(speeds) for curve in curves if curve.error is not None}
+    columns += errors.items()
     weight = options["gravity"] and float(options["gravity"])
     is_proven = not weight and work is None
     if pair is not None and is_proven:
         columns.append(("contact time (s)", pair.contact_time(speeds)))
         columns.append(("max compression (m)", pair.max_compression(speeds)))
     warnings: list[str] = []
-    rows = [
-        [f"{number:.{_FIGURES}g}" for number in row] for row in zip(*(values for _, values in columns), strict=True)
+    texts = [
+        [f"{number:.{_OF_ERRORS if name in errors else digits}g}" for number in values] for name, values in columns
     ]
+    rows = [*zip(*texts, strict=True)]
 
     # JSON also has A and beta of a material, and its warnings. NaN, of bodies that do not part (e != e), is null there.
     json_object: dict[str, Any] = {
@@ -213,6 +227,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         key: speeds.tolist(),
         "curves": [
             {"name": curve.name, "epsilon": [e if e == e else None for e in values.tolist()]}
+            | ({} if curve.error is None else {"error": errors[f"error of {curve.name}"].tolist()})
             for curve, (_, values) in zip(curves, columns[1:], strict=False)
         ],
     }

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR, Context, Decimal
@@ -685,3 +685,18 @@ def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tup
         errors.append((end, rounded_up(largest_error)))
         last = end
     return tuple(errors)
+
+
+def relative_errors(approximant: Pade, v_stars: Iterable[float], digits: int) -> list[arb]:
+    """Return p(v*)/eps(v*) - 1 at each v*, as an enclosure, for a Padé approximant p of the paper's law.
+
+    `digits` are the significant digits of eps; those of p's coefficients are in the enclosure, too.
+    """
+    a, b = (arb_poly(list(coefficients)) for coefficients in (approximant.a, approximant.b))
+    errors = []
+    for v_star in v_stars:
+        epsilon = exact.collision(v_star, digits).epsilon
+        # 64 bits (a machine word) more than the digits: those that the sums of the polynomials lose.
+        with working(bits_for(digits) + 64):
+            errors.append(a(v_star) / b(v_star) / epsilon - 1)
+    return errors

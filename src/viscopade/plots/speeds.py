@@ -52,6 +52,7 @@ if TYPE_CHECKING:
 MOST = 24
 """Largest number of curves in a picture; a choice."""
 PADE_DIGITS = 18  # of coefficients: more than a double has
+_ERROR_DIGITS = 30  # of what the errors are computed from; up to 39 digits eps comes from a table, in 0.2 ms. A choice
 _DIGITS = 15  # of the contact time: those of a double
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
@@ -90,13 +91,13 @@ class SpeedCurve:
     name : str
     epsilon : callable
         Takes and returns an array.
-    approximates_first : bool
-        Whether it is an approximant of the first curve of a picture, and may coincide with it.
+    error : function, optional
+        The relative error of an approximant of eps as a function of the impact speed in m/s, or of v*.
     """
 
     name: str
     epsilon: Restitution
-    approximates_first: bool = False
+    error: Restitution | None = None
 
 
 def viscoelastic(name: str, beta: float, weight: Weight | None = None) -> SpeedCurve:
@@ -139,13 +140,20 @@ def over_v_star() -> SpeedCurve:
 
 def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:
     """Return the curve of the approximant [m/n] of viscoelastic spheres; over v* if beta is None."""
-    # v* = beta^(1/2) v^(1/10)
+    from viscopade.kernels.quotient import relative_errors
+
     quotient = pade(m, n, PADE_DIGITS)
-    return SpeedCurve(
-        f"[{m}/{n}]",
-        lambda v: np.asarray(quotient(v if beta is None else np.sqrt(beta) * v**0.1)),
-        approximates_first=True,
-    )
+
+    def v_star(v: FloatArray) -> FloatArray:
+        """Return v* = beta^(1/2) v^(1/10)."""
+        return v if beta is None else np.sqrt(beta) * v**0.1
+
+    def error(v: FloatArray) -> FloatArray:
+        """Return the relative error of the approximant, 0 where it is too small to be computed."""
+        errors = relative_errors(pade(m, n, _ERROR_DIGITS), v_star(v).tolist(), _ERROR_DIGITS)
+        return np.array([0.0 if ball.contains(0) else float(ball.mid()) for ball in errors])
+
+    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(quotient(v_star(v))), error)
 
 
 def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = None) -> list[SpeedCurve]:
