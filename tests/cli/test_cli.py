@@ -17,6 +17,7 @@ from mpmath import mp
 
 from tests.cli import called, json_of, printed, said
 from viscopade import Pair, Sphere, pade, series
+from viscopade.cli import console
 from viscopade.cli.console import figures
 from viscopade.cli.main import command
 from viscopade.collision import exact
@@ -32,7 +33,8 @@ def test_every_command_that_prints_results_has_all_formats():
     for name in command.list_commands(click.Context(command)):
         one = command.get_command(click.Context(command), name)
         styles = [option.type.choices for option in one.params if option.name == "style"]
-        assert styles in ([], [("text", "json", "csv")]) or name == "figures"
+        further = ("latex",) if name in ("coefficients", "table") else ()
+        assert styles in ([], [("text", "json", "csv", *further)]) or name == "figures"
 
 
 PAPER_LAW = {"law": "3/2,1/2", "end": "force", "nu": "5/3", "d": 2}
@@ -48,6 +50,38 @@ def test_coefficients_json_has_the_shape_of_the_design():
 def test_coefficients_csv():
     rows = list(csv.reader(io.StringIO(printed("coefficients", "--order", 4, "--digits", 8, "--format", "csv"))))
     assert rows == [["k", "h_k"], ["0", "1"], ["1", "0"], ["2", "-1.1534489"], ["3", "0"], ["4", "0.79826656"]]
+
+
+def test_coefficients_as_rows_of_latex():
+    rows = [r"$0$ & $1$ \\", r"$1$ & $0$ \\", r"$2$ & $-1.15345$ \\"]
+    heads = [r"\begin{tabular}{rr}", r"$k$ & $h_k$ \\", r"\hline"]
+    words = ("coefficients", "--order", 2, "--format", "latex")
+    assert printed(*words).splitlines() == [*heads, *rows, r"\end{tabular}"]
+    assert r"$2$ & $-1.15344886$ \\" in printed(*words, "--digits", 9)
+    law = printed(*words, "--law", "linear").splitlines()[-1]
+    assert law.startswith("% law 1,0: x'' + x + kappa x' = 0")
+
+
+def test_a_table_in_latex_has_formulas_and_escapes(capsys):
+    cells = [("0.1", "1.2e-20"), ("-3.40e+06", "50 % of a_b & {c} \\ ~^$#"), ("", "eps")]
+    console.show("latex", ("v*", "[3/6]"), cells, {})
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1] == r"$v_\ast$ & [3/6] \\"
+    assert lines[3:-1] == [
+        r"$0.1$ & $1.2\times10^{-20}$ \\",
+        r"$-3.40\times10^{6}$ & 50 \% of a\_b \& \{c\} \textbackslash{} \textasciitilde{}\textasciicircum{}\$\# \\",
+        r" & $\varepsilon$ \\",
+    ]
+
+
+def test_table_in_latex_has_the_numbers_of_the_text():
+    words = ("table", *BALL, "--dissipative-constant", "4e-5", "--pade", "3/6", "--points", "3")
+    number = r"-?[0-9.]+(?:e-?[0-9]+)?"
+    text = re.findall(rf"^  ({number}.*)$", printed(*words), re.MULTILINE)
+    rows = re.findall(r"^(\$.*) \\\\$", printed(*words, "--format", "latex"), re.MULTILINE)
+    plain = [re.sub(r"\\times10\^\{(-?\d+)\}", r"e\1", row).replace("$", "").split(" & ") for row in rows]
+    assert [[float(cell) for cell in row] for row in plain] == [[float(cell) for cell in row.split()] for row in text]
+    assert "\n% Warning: " in printed(*words, "--to", "1 km/s", "--format", "latex")
 
 
 def test_pade_json_has_the_shape_of_the_design():

@@ -42,6 +42,8 @@ BAD = [
         "a material is given: expected --speed with it, and none of --law, --end",
     ),
     ("pade 1 3", "[1/3] does not exist"),
+    ("coefficients --symbolic --format latex", "--symbolic and --format latex are given: expected one of them"),
+    ("table --digits 18", "--digits is 18: expected an integer from 1 to 17"),
     ("epsilon", "expected --v-star, --kappa, --beta or --epsilon with --speed, --stiffness with --damping and --mass,"),
     ("epsilon --epsilon 0.5", "--epsilon is given: expected --speed with it, the impact speed at which eps is known"),
     ("epsilon --epsilon 0.5 --speed 1 --beta 1", "--epsilon and --beta are given: expected one of them"),

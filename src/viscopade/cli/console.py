@@ -270,22 +270,30 @@ _NARROWEST = 20  # of a line, also on a narrower terminal: one of our longer wor
 
 ORDER = Whole(0, arguments.MAX_ORDER)
 DIGITS = Whole(1, arguments.MAX_DIGITS)
-STYLE = option(
-    "--format",
-    "style",
-    group="Output",
-    type=click.Choice(["text", "json", "csv"]),
-    default="text",
-    show_default=True,
-    help="Format of the output.",
-)
+
+
+def style_option(*further: str) -> Callable[..., Any]:
+    """Return the option --format, whose value is the `style` of `show`; `further` are formats beside the usual ones."""
+    return option(
+        "--format",
+        "style",
+        group="Output",
+        type=click.Choice(["text", "json", "csv", *further]),
+        default="text",
+        show_default=True,
+        help="Format of the output.",
+    )
+
+
+STYLE = style_option()
+STYLE_OR_LATEX = style_option("latex")
 # Both are chosen by hand: 6 digits are read at a glance, and 30 are more than a double has (17).
 TEXT_DIGITS, ALL_DIGITS = 6, 30
 DIGITS_OPTION = option(
     "--digits",
     group="Output",
     type=DIGITS,
-    help=f"Significant digits.  [default: {TEXT_DIGITS} in text, {ALL_DIGITS} in JSON and CSV]",
+    help=f"Significant digits.  [default: {ALL_DIGITS} in JSON and CSV, else {TEXT_DIGITS}]",
 )
 
 
@@ -545,9 +553,12 @@ def picture_kind(option: str, file: Path) -> str:
     return kind
 
 
+_DECIMAL = r"[+-]?[0-9]*\.?[0-9]+(e[+-]?[0-9]+)?"  # a number as Python and our balls print it
+
+
 def figures(text: str, digits: int) -> str:
     """Return the decimal number in a text, rounded to significant digits; a text without a number stays, as "inf"."""
-    if not re.fullmatch(r"[+-]?[0-9]*\.?[0-9]+(e[+-]?[0-9]+)?", text) or len(Decimal(text).as_tuple().digits) <= digits:
+    if not re.fullmatch(_DECIMAL, text) or len(Decimal(text).as_tuple().digits) <= digits:
         return text
     # As the text, with an exponent if it has one; and a large number gets one, to show no digits that are not known.
     number = Context(prec=digits).create_decimal(text)
@@ -583,7 +594,7 @@ def show(
     json_object: dict[str, Any],
     title: str | None = None,
 ) -> None:
-    """Print a table as text or CSV, or `json_object` as JSON, in the format `style`: text, csv or json.
+    """Print a table as text, CSV or LaTeX, or `json_object` as JSON, in the format `style`: text, csv, latex or json.
 
     `header` names the columns of `rows`; `title` stands above the table, as text only.
     """
@@ -594,9 +605,40 @@ def show(
         buffer = io.StringIO()
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
+    elif style == "latex":
+        heads, *lines = (" & ".join(map(_latex, row)) + r" \\" for row in [header, *cells])
+        click.echo(
+            "\n".join([rf"\begin{{tabular}}{{{'r' * len(header)}}}", heads, r"\hline", *lines, r"\end{tabular}"])
+        )
     else:
         # A terminal would obey invisible characters of a user's text: it gets escapes.
         _print_table(header, [[*map(printable, row)] for row in cells], title)
+
+
+# Symbols among the heads of columns, and the characters that LaTeX obeys in a text, as it prints them.
+_SYMBOLS = {"k": "$k$", "h_k": "$h_k$", "v*": r"$v_\ast$", "eps": r"$\varepsilon$"}
+_ESCAPES = str.maketrans(
+    {character: rf"\{character}" for character in "&%$#_{}"}
+    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+)
+
+
+def _latex(text: str) -> str:
+    """Return a cell of a table in LaTeX: a decimal number or a symbol as a formula, another text with escapes."""
+    from viscopade.kernels.write.tables import latex_number
+
+    if re.fullmatch(_DECIMAL, text):
+        # A number with all of its digits: those that are not known do not become zeros, as in 1.2e+06.
+        return f"${latex_number(text, len(Decimal(text).as_tuple().digits))}$"
+    return _SYMBOLS.get(text) or printable(text).translate(_ESCAPES)
+
+
+def say_below(style: str, text: str) -> None:
+    """Print a sentence below a table that `show` printed: as text, or in LaTeX as a comment; not in CSV and JSON."""
+    if style == "text":
+        say(text)
+    elif style == "latex":
+        click.echo("\n".join(f"% {printable(line)}" for line in wrapped(text, _IN_A_PIPE, "", whole_words=True)))
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:

@@ -27,6 +27,7 @@ from viscopade.cli.console import (
     GRAVITY,
     ORDER,
     STYLE,
+    STYLE_OR_LATEX,
     TEXT_DIGITS,
     WITH_LAW,
     Command,
@@ -43,6 +44,7 @@ from viscopade.cli.console import (
     option,
     pair_of,
     say,
+    say_below,
     show,
     with_options,
 )
@@ -154,7 +156,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 @DIGITS_OPTION
 @option("--symbolic", group="Output", is_flag=True, help="Print the h_k also as polynomials in lambda_1, lambda_3, ….")
 @WITH_LAW
-@STYLE
+@STYLE_OR_LATEX
 def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: str | None, style: str) -> None:
     """Print the series coefficients h_k of eps = sum h_k v*^k.
 
@@ -169,7 +171,9 @@ def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: 
     from viscopade.theory.series import series
 
     # The h_k as decimals; with --symbolic SymPy also derives them as polynomials.
-    contact_law, number = law_of(law, end), digits or (TEXT_DIGITS if style == "text" else ALL_DIGITS)
+    contact_law, number = law_of(law, end), digits or (ALL_DIGITS if style in ("json", "csv") else TEXT_DIGITS)
+    if symbolic and style == "latex":
+        raise click.UsageError("--symbolic and --format latex are given: expected one of them")
     if symbolic:
         from viscopade.theory.derivation import derive
         from viscopade.theory.equation import scaled_equation
@@ -185,11 +189,10 @@ def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: 
         show(style, ("k", "h_k", "polynomial"), rows, json_object)
     else:
         show(style, ("k", "h_k"), enumerate(h), json_object)
-    if style == "text":
-        if symbolic:
-            _say_polynomials(derivation)
-        if line:
-            say(line)
+    if symbolic and style == "text":
+        _say_polynomials(derivation)
+    if line:
+        say_below(style, line)
 
 
 def _polynomials_json(derivation: Derivation, name: str) -> dict[str, dict[str, str]]:

@@ -19,9 +19,7 @@ from viscopade.cli.console import (
     ADHESION,
     GRAVITY,
     NO_FALL,
-    SIZE,
-    STYLE,
-    TITLE,
+    STYLE_OR_LATEX,
     Command,
     Degrees,
     FilePath,
@@ -37,6 +35,7 @@ from viscopade.cli.console import (
     pair_with,
     picture_kind,
     say,
+    say_below,
     show,
     with_options,
 )
@@ -181,7 +180,7 @@ def plot(
     show_default=True,
     help="Significant digits; JSON has all.",
 )
-@STYLE
+@STYLE_OR_LATEX
 def table_command(points: int | None, digits: int, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
@@ -246,16 +245,16 @@ def table_command(points: int | None, digits: int, style: str, **options: Any) -
     if not is_proven:
         json_object |= {"gravity": weight, "adhesion": work, "sticking_speed": sticking_speed, "status": "sampled"}
     show(style, [name for name, _ in columns], rows, json_object)
-    if style == "text":
-        if pair is not None:
-            say(f"A = {pair.A:.{_FIGURES}g} s, beta = {pair.beta:.{_FIGURES}g} (s/m)^(1/5)")
-        if sticking_speed is not None:
-            say(f"With adhesion (sampled): below {sticking_speed:.4g} m/s the bodies stay together, eps = 0.")
-        if weight and pair is not None and work is None:
-            for sentence in falling(pair, ends[1], weight).sentences(*ends, user_set_gravity=True):
-                say(f"{sentence}.")
-        for text in warnings:
-            say(f"Warning: {text}.")
+    sentences = []
+    if pair is not None:
+        sentences.append(f"A = {pair.A:.{_FIGURES}g} s, beta = {pair.beta:.{_FIGURES}g} (s/m)^(1/5)")
+    if sticking_speed is not None:
+        sentences.append(f"With adhesion (sampled): below {sticking_speed:.4g} m/s the bodies stay together, eps = 0.")
+    if weight and pair is not None and work is None:
+        of_weight = falling(pair, ends[1], weight).sentences(*ends, user_set_gravity=True)
+        sentences += [f"{sentence}." for sentence in of_weight]
+    for sentence in [*sentences, *(f"Warning: {text}." for text in warnings)]:
+        say_below(style, sentence)
 
 
 class _Curves(NamedTuple):

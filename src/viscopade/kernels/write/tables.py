@@ -91,7 +91,7 @@ def series_csv(h: Sequence[str], command: str) -> str:
 
 def series_latex(h: Sequence[str], command: str) -> str:
     """Return a LaTeX tabular with the columns k and h_k."""
-    rows = (rf"${k}$ & ${_latex_number(h_k, len(h_k))}$ \\" for k, h_k in enumerate(_decimals(h)))
+    rows = (rf"${k}$ & ${latex_number(h_k, len(h_k))}$ \\" for k, h_k in enumerate(_decimals(h)))
     head = comment(_series_head(command), "%")
     return "\n".join([head, r"\begin{tabular}{rl}", r"$k$ & $h_k$ \\", r"\hline", *rows, r"\end{tabular}", ""])
 
@@ -175,7 +175,7 @@ def _latex_rows(kernel: Kernel, digits: int) -> list[str]:
     """Return the rows of one approximant: m, n, a_i, and b_i in two columns, as in the paper, rounded to digits."""
     coefficients = _quotient(kernel, "latex")
     a, b = (
-        [f"${symbol}_{{{i}}}={_latex_number(value, digits)}$" for i, value in enumerate(coefficients[symbol])]
+        [f"${symbol}_{{{i}}}={latex_number(value, digits)}$" for i, value in enumerate(coefficients[symbol])]
         for symbol in "ab"
     )
     # As many rows as there are a_i, or half as many as b_i, rounded up.
@@ -186,7 +186,7 @@ def _latex_rows(kernel: Kernel, digits: int) -> list[str]:
     return [" & ".join([*(mn or ("", "")), *(cell or "" for cell in cells)]) for mn, *cells in columns]
 
 
-def _latex_number(value: str, digits: int) -> str:
+def latex_number(value: str, digits: int) -> str:
     """Return a decimal number in LaTeX, correctly rounded to significant digits."""
     context = Context(prec=digits)
     number = context.create_decimal(value)
