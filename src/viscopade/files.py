@@ -16,6 +16,7 @@ import tempfile
 import tomllib
 import zipfile
 import zlib
+from collections.abc import Callable
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -144,6 +145,11 @@ def toml(text: bytes | str, source: str) -> dict[str, Any]:
         raise ValueError(f"{source}: the text is not TOML: {error}") from None
     except ValueError:
         raise ValueError(f"{source}: the text is not TOML: a number has too many digits") from None
+
+
+def toml_with_strings(text: str, write: Callable[[str], str]) -> str:
+    """Return the text of a TOML file, in which each string, with its quotes, is what `write` makes of it."""
+    return _STRING_OR_COMMENT.sub(lambda match: match[0] if match[0].startswith("#") else write(match[0]), text)
 
 
 def isolated_output(module: str, request: object, content: bytes, memory: int, seconds: float, smaller: str) -> bytes:

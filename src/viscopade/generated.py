@@ -81,6 +81,11 @@ def string(text: str) -> str:
     return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in plain)
 
 
+def harmless_string(text: str) -> str:
+    """Return a text as a string in TOML that `harmless` leaves as it is: escapes stand for what a language obeys."""
+    return _MEANS_MORE.sub(lambda match: f"{match[0][:-1]}\\u{ord(match[0][-1]):04x}", string(text))
+
+
 def generated_by() -> str:
     """Return the marker with the version."""
     return f"{MARKER} {__version__}"

@@ -3,9 +3,11 @@
 import ast
 import re
 import subprocess
+import tomllib
 from dataclasses import replace
 from functools import cache
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from viscopade.generated import MARKER
 from viscopade.kernels.write import runners
 from viscopade.kernels.write.languages import NAMES, language
 from viscopade.scene import candidate, read
-from viscopade.scene.choice import Choice
+from viscopade.scene.choice import Choice, choose
 from viscopade.scene.encounter import scene_encounters
 from viscopade.scene.render import beta_call, calls, file_name, render
 from viscopade.scene.units import Scale
@@ -165,6 +167,65 @@ def test_names_of_scenes_are_not_taken(name):
         assert file_name(made.scene) == f"{name}_scene{language(spoken).ending}"
         found = re.findall(r"\w*_a__?b\w*", outside_comments(spoken, render(made, COMMAND)))
         assert not [word for word in found if "__" in word]
+
+
+def scene_in(made, name):
+    """Return the scene in the head of a generated file: the lines after the sentence, without comment marks."""
+    mark = language(name).comment
+    lines = made.splitlines()
+    first = next(i for i, line in enumerate(lines) if re.match(rf"{re.escape(mark)} The scene, .*:$", line)) + 2
+    last = next(i for i in range(first, len(lines)) if not lines[i].startswith(mark.rstrip()) or lines[i] == " */")
+    return "\n".join(line[len(mark) + 1 :] for line in lines[first:last])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_file_is_made_again_from_the_scene_in_it(name):
+    made, read_again = text(name, None, "constant"), choice(name, None, "constant").scene
+    again = read.from_toml(scene_in(made, name), "some/where/tiny.toml")
+    assert again == read_again
+    assert render(of_kind(again, "constant"), COMMAND) == made
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[2] / "examples").glob("*.toml")), ids=lambda path: path.stem
+)
+def test_scenes_of_the_examples_are_in_their_files(path):
+    first = read.from_toml(path.read_bytes(), path.name)
+    made = render(choose(first), COMMAND)
+    assert read.from_toml(scene_in(made, first.code.language), path.name) == first
+    assert f"The scene, {path.name}:\n" in made
+
+
+HARD_SCENE = "\n".join(
+    [
+        r'title = "*/ /* ??/ coding: & \"\"\" \\" # */ /* ??/ &',
+        "[material.m] # \\",
+        '\tsource = """\\',
+        "    two lines,",
+        '\t*/ and quotes: "" "',
+        '"""',
+        "[speed] # \u2028 \t a",
+        r"min = '*/\'",
+        "max = '''",
+        "coding=''' # coding=",
+    ]
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_scene_does_not_end_the_comment(name):
+    """One with tabs, with marks that end comments, in strings and beside them, and with a string of two lines."""
+    plain = choice(name, None, "constant")
+    made = render(replace(plain, scene=replace(plain.scene, toml=HARD_SCENE)), COMMAND)
+    assert outside_comments(name, made) == outside_comments(name, text(name, None, "constant"))
+    lines = scene_in(made, name).splitlines()
+    assert tomllib.loads("\n".join(lines)) == tomllib.loads(HARD_SCENE)
+    for line in lines:
+        assert not line.endswith(("\\", "&"))
+        assert line.isprintable()
+        assert not re.search(r"\*/|/\*|\?\?/|coding[:=]", line)
+    if name == "python":
+        ast.parse(made)
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------

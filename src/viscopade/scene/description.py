@@ -252,6 +252,8 @@ class Scene:
         Units of the numbers in generated files.
     scale : Scale
         Sizes of these units in SI units.
+    toml : str
+        The text of the scene's file, for the generated file; "" for a scene that was not read.
     """
 
     source: str
@@ -265,6 +267,7 @@ class Scene:
     volume_fraction: float | None = None
     units: Units = SI
     scale: Scale = field(default_factory=Scale)
+    toml: str = field(default="", compare=False)
 
     def sphere(self, name: str, radius: float | None = None) -> Sphere:
         """Return the body of this name; a sphere has its typical radius, or the one that is given."""

@@ -114,6 +114,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
         volume_fraction=_volume_fraction(whole.get("gas")),
         units=units,
         scale=scale,
+        toml=content if isinstance(content, str) else content.decode("utf-8-sig"),
     )
     for i, meeting in enumerate(meetings):
         _require_damping(scene, meeting, f"contact[{i}]" if whole.has("contact") else "")

@@ -1,4 +1,4 @@
-"""The generated file of a scene: the question and the answer, the kernel under the scene's name, and the pairs.
+"""The generated file of a scene: the question and the answer, the scene, the kernel under its name, and the pairs.
 
 A Kernel is a set of functions of named arguments and constants, as expressions (`Name`, `Select`, `Item`), which
 `file.file_text` writes in a language. A Choice has the scene, its encounters (pairs of bodies with their ranges of
@@ -8,15 +8,17 @@ beta, v* and eps), and the chosen kernel with its errors there.
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
+from viscopade import files
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision.spheres import Pair
-from viscopade.generated import CITE, END_CONDITION, SPDX, marker_line, wrapped
+from viscopade.generated import CITE, END_CONDITION, SPDX, harmless, harmless_string, marker_line, wrapped
 from viscopade.kernels import formulas
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item, Name, Select, Statement
@@ -194,7 +196,7 @@ def _is_spread(scene: Scene) -> bool:
 
 
 def _head(choice: Choice, command: str) -> list[str]:
-    """Return the lines at the head of the file: the command, the question and the answer, the pairs, the warnings."""
+    """Return the lines at the head of the file: command, question and answer, pairs, warnings, and the scene."""
     scene = choice.scene
     paragraphs = [
         # Without a title, a scene has the name of its file as its title.
@@ -215,7 +217,30 @@ def _head(choice: Choice, command: str) -> list[str]:
         *(f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta}{typical}:", *pairs),
         *([""] if notes else []),
         *_wrap(notes),
+        *_scene_lines(scene),
     ]
+
+
+def _scene_lines(scene: Scene) -> list[str]:
+    """Return the lines with the text of the scene's file, after a sentence that names it; none if it was not read.
+
+    Without comment marks the lines are the same scene. Strings with what ends a comment, or with several lines, have
+    escapes; in the scene's own comments a blank or a full stop is put in (`harmless`).
+    """
+
+    def on_one_line(string: str) -> str:
+        """Return a string of TOML, with its quotes, as one that a comment may contain."""
+        if "\n" not in string and harmless(string) == string:
+            return string
+        return harmless_string(tomllib.loads(f"x = {string}")["x"])
+
+    text = files.toml_with_strings(scene.toml, on_one_line).strip("\n")
+    if not text:
+        return []
+    # Only line feeds end lines of TOML. Tabs outside of strings are blanks: comments would have escapes for them.
+    lines = [line.rstrip("\r").expandtabs(4).rstrip() for line in text.split("\n")]
+    name = re.split(r"[/\\]", scene.source)[-1]
+    return ["", f"The scene, {name}:", "", *lines]
 
 
 def _wrap(paragraphs: Sequence[str]) -> list[str]:
