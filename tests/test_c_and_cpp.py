@@ -6,19 +6,21 @@ import shlex
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import viscopade as vp
+from tests import compiled
 from tests.built import ROOT
 from tests.patience import HANGS
 from tests.test_readme import blocks
 
 PAGE = (ROOT / "docs" / "usage" / "c-and-cpp.md").read_text("utf-8")
 BLOCKS = blocks(PAGE)
-MAIN_C, MATERIAL_C, NEEDS_VERSION = (code for kind, code in BLOCKS if kind == "c")
+MAIN_C, MATERIAL_C, HASH_C, NEEDS_VERSION = (code for kind, code in BLOCKS if kind == "c")
 FIND, FETCH = (code for kind, code in BLOCKS if kind == "cmake")
-PRINTED, OF_MATERIAL = (code for kind, code in BLOCKS if kind == "text")
+PRINTED, OF_MATERIAL, HASH = (code for kind, code in BLOCKS if kind == "text")
 FETCHING = re.sub(r"find_package.*\n", FETCH, FIND)
 COPIED, OF_THE_PACKAGE, CMAKE_OF_THE_PACKAGE, CMAKE_INSTALLED, PKG_CONFIG = (code for kind, code in BLOCKS if not kind)
 INSTALL = "".join(CMAKE_INSTALLED.splitlines(keepends=True)[:2])
@@ -117,6 +119,30 @@ def test_from_a_material_to_beta(tmp_path):
     project(tmp_path, "", material_c=MATERIAL_C)
     words = f"cc -std=c99 -Wall -Werror -I {shlex.quote(str(ROOT / 'exports'))} material.c -o material -lm\n./material"
     assert run(words, tmp_path) == OF_MATERIAL
+
+
+@needs("cc")
+@pytest.mark.parametrize("options", ["-O0", "-O2 -ffp-contract=off", "-O3 -ffp-contract=off -march=native", "-x c++"])
+def test_bits_stay(tmp_path, options):
+    if not compiled.works("cc", "-xc", *options.replace("-x c++", "").split()):
+        pytest.skip(f"cc does not know {options}")
+    project(tmp_path, "", hash_c=HASH_C)
+    words = f"cc {options} -I {shlex.quote(str(ROOT / 'exports'))} hash.c -o hash -lm\n./hash"
+    assert run(words, tmp_path) == HASH
+
+
+@needs("cc")
+@pytest.mark.parametrize("options", ["-O2 -mfma -ffp-contract=fast", "-O2 -ffast-math"])
+def test_bits_change(tmp_path, options):
+    """By options of which the page says it; on a processor that has fused operations."""
+    flags = Path("/proc/cpuinfo")
+    if "mfma" in options and not (flags.exists() and " fma " in flags.read_text()):
+        pytest.skip("this processor has no FMA, or does not tell")
+    project(tmp_path, "", hash_c=HASH_C)
+    words = f"cc {options} -I {shlex.quote(str(ROOT / 'exports'))} hash.c -o hash -lm\n./hash"
+    printed = run(words, tmp_path)
+    assert len(printed) == len(HASH)
+    assert printed != HASH
 
 
 THREE_NUMBERS = ".".join(vp.__version__.split(".")[:3])  # all that CMake knows of a version
