@@ -1,9 +1,9 @@
 # %% [markdown]
 # # 1. From Newton's equation to one parameter
 #
-# Two viscoelastic spheres collide: eq:newton with the force of eq:viscoelastic. The problem has four parameters:
+# Two viscoelastic spheres collide: the paper's Eq. 1 with the force of its Eq. 2. The problem has four parameters:
 # $m_\text{eff}$, $\rho$, $A$ and the impact speed $v$. We choose the units of length and time so that all but one
-# disappear. The remaining one is $\kappa = v_\ast^2 = \beta v^{1/5}$, with $\beta$ of eq:betadef.
+# disappear. The remaining one is $\kappa = v_\ast^2 = \beta v^{1/5}$, with $\beta$ of the paper's Eq. 8.
 
 # %%
 import random
@@ -29,7 +29,7 @@ x, tau = scaled.x, scaled.tau
 
 # %%
 def newton_lhs(xi, rate):
-    """m xi'' - F, with F the force of eq:viscoelastic before the min(0, ...) is taken."""
+    """m xi'' - F, with F the force of the paper's Eq. 2 before the min(0, ...) is taken."""
     force = -rho * xi ** sp.Rational(3, 2) - sp.Rational(3, 2) * A * rho * sp.sqrt(xi) * rate(xi)
     return m * rate(rate(xi)) - force
 
@@ -62,7 +62,7 @@ assert sp.simplify(time / ((rho / m) ** sp.Rational(-2, 5) * v ** sp.Rational(-1
 # ## The remaining parameter
 #
 # The coefficient of $\dot{x} \sqrt{x}$ is a pure number, and it is the only parameter: $\kappa$. It grows like
-# $v^{1/5}$, and $\beta$ is what remains when the speed is divided out. This is eq:betadef, and
+# $v^{1/5}$, and $\beta$ is what remains when the speed is divided out. This is the paper's Eq. 8, and
 # $v_\ast = \sqrt{\kappa}$.
 
 # %%
@@ -83,7 +83,7 @@ assert sp.simplify(lhs.subs({X: length, T: time}) - scaled_lhs.subs(scaled.kappa
 # argument is $-\sqrt{x} (x + \kappa y)$ with $y = \dot{x}$. It is repulsive while $x + \kappa y > 0$. On the way in
 # $y > 0$, and at the turning point $y = 0$ with $x > 0$. On the way out $y < 0$, and at $x = 0$ the sum would be
 # $\kappa y < 0$. So the force vanishes before the compression does, where $x = -\kappa y$. That is $\ddot{x} = 0$,
-# eq:tEndAdvanced.
+# the paper's Eq. 6.
 #
 # From there on the minimum keeps $y$ constant, $x$ decreases, and $x + \kappa y$ stays negative: the contact is over,
 # and $\varepsilon = -y$. The spheres separate still compressed, at $x_c = \kappa \varepsilon > 0$, and relax later. (An

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 2. Two different materials
 #
-# eq:viscoelastic and eq:paramEl hold for two spheres of one material. Here the two bodies differ: Young moduli $Y_1$,
+# The paper's Eqs. 2 and 3 hold for two spheres of one material. Here the two bodies differ: Young moduli $Y_1$,
 # $Y_2$, Poisson ratios $\nu_1$, $\nu_2$, dissipative constants $A_1$, $A_2$. We look for $\rho$ and $A$ of the pair.
 #
 # The answer: with the compliances $D_i = (1 - \nu_i^2)/Y_i$,
@@ -9,7 +9,7 @@
 # $$\rho = \frac{4}{3} \frac{\sqrt{R_\text{eff}}}{D_1 + D_2}, \qquad A = \frac{D_1 A_1 + D_2 A_2}{D_1 + D_2}.$$
 #
 # The first is Hertz's result. $A$ is derived here from the power that the two bodies dissipate, in the quasi-static
-# approximation behind eq:viscoelastic: the deformation is at each moment nearly that of a static contact. The processes
+# approximation behind the paper's Eq. 2: the deformation is always nearly that of a static contact. The processes
 # within a body do not matter: $A_i$ gives its dissipation in a contact with an equal body. To first order in $A_1$ and
 # $A_2$ the two powers add up to the $A$ above. Other generalisations exist, see the end.
 
@@ -65,7 +65,7 @@ assert sp.simplify(rho_pair - sp.Rational(4, 3) * sp.sqrt(R) / (D1 + D2)) == 0
 
 Y, nu = sp.symbols("Y nu", positive=True)
 equal = rho_pair.subs({D1: (1 - nu**2) / Y, D2: (1 - nu**2) / Y})
-assert sp.simplify(equal - 2 * Y * sp.sqrt(R) / (3 * (1 - nu**2))) == 0  # eq:paramEl
+assert sp.simplify(equal - 2 * Y * sp.sqrt(R) / (3 * (1 - nu**2))) == 0  # the paper's Eq. 3
 
 # %% [markdown]
 # ## The dissipated power
@@ -79,7 +79,7 @@ assert sp.simplify(equal - 2 * Y * sp.sqrt(R) / (3 * (1 - nu**2))) == 0  # eq:pa
 #   with Hertz's deformation.
 #
 # In the contact of body $i$ with an equal body, of the same $R_\text{eff}$ and at the same $\xi(t)$, each of the two
-# bodies dissipates half of the power of eq:viscoelastic. The radius of the contact does not depend on the materials,
+# bodies dissipates half of the power of the paper's Eq. 2. The radius of the contact does not depend on the materials,
 # $a^2 = R_\text{eff} \xi$. So the pressure on body $i$, hence its strains and their rates, are those of that contact
 # times one number, the ratio of the peak pressures, and $P_i$ is that power times the number's square. How the body's
 # viscous stress depends on the rates (two viscosities, in any ratio) does not matter.
@@ -91,7 +91,7 @@ rate = sp.Symbol("xi_dot", real=True)
 
 
 def power(A, compliances):
-    """Return the power that a contact dissipates by eq:viscoelastic."""
+    """Return the power that a contact dissipates by the paper's Eq. 2."""
     return sp.Rational(3, 2) * A * rho_pair.subs(D1 + D2, compliances) * sp.sqrt(xi) * rate**2
 
 
@@ -155,7 +155,7 @@ moving = sp.Function("xi", positive=True)(time)
 hertz = rho * moving ** sp.Rational(3, 2)
 viscoelastic = hertz + A_pair * hertz.diff(time)
 paper = hertz + sp.Rational(3, 2) * A_pair * rho * sp.sqrt(moving) * moving.diff(time)
-assert sp.simplify(viscoelastic - paper) == 0  # eq:viscoelastic, with its factor 3/2
+assert sp.simplify(viscoelastic - paper) == 0  # the paper's Eq. 2, with its factor 3/2
 
 # %% [markdown]
 # ## Limits
@@ -176,7 +176,7 @@ assert sp.simplify(mistake - (A1 - A2) * (D1 - D2) / (2 * (D1 + D2))) == 0
 #
 # For the special bodies, the first neglected term is of second order and proportional to $(A_1 - A_2)^2$: two different
 # viscoelastic bodies in series are not equivalent to one such body. It is small if the constants differ little compared
-# with the duration of the collision, and zero for equal constants or a rigid partner. eq:viscoelastic itself is of
+# with the duration of the collision, and zero for equal constants or a rigid partner. The paper's Eq. 2 itself is of
 # first order in $A$.
 
 # %%

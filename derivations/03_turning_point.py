@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 3. Time eliminated, compression measured by the turning point
 #
-# The scaled equation $\ddot{x} + x^{3/2} + \kappa \dot{x} \sqrt{x} = 0$ (eq:equationOfMotionNatUnit) does not contain
+# The scaled equation $\ddot{x} + x^{3/2} + \kappa \dot{x} \sqrt{x} = 0$ (the paper's Eq. 9) does not contain
 # time. Taking the speed as a function of the compression leaves one equation of first order, and with the right units
 # of both one equation serves loading and unloading. Here "end" means $x = 0$; the result is called $\varepsilon_0$. The
 # true end of contact follows in `05_end_of_contact.py`.

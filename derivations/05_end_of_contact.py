@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 5. The end of contact: a universal rational series
 #
-# Contact ends where the force vanishes, $\ddot{x} = 0$ (eq:tEndAdvanced), before $x = 0$ is reached. The difference
+# Contact ends where the force vanishes, $\ddot{x} = 0$ (the paper's Eq. 6), before $x = 0$ is reached. The difference
 # between $\varepsilon$ there and $\varepsilon_0$ at $x = 0$ depends on only one number, and its series has rational
 # coefficients: $\varepsilon = \varepsilon_0 H(\frac{4}{5} v_\ast^5 \sqrt{\varepsilon_0})$. $H$ is computed in two ways.
 

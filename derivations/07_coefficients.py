@@ -3,7 +3,7 @@
 #
 # $\varepsilon = \varepsilon_0 H(\frac{4}{5} v_\ast^5 \sqrt{\varepsilon_0})$ with a rational series $H$ (derivation 5),
 # and $\ln \varepsilon_0 = -\Lambda(\nu)$ with $\nu = \kappa \varepsilon_0^{1/10}$, $\kappa = v_\ast^2$, $\Lambda$ odd
-# (derivation 6). So $\varepsilon = 1 + \sum h_k v_\ast^k$ (eq:epsSeriesAdvanced) follows without further integrals. We
+# (derivation 6). So $\varepsilon = 1 + \sum h_k v_\ast^k$ (the paper's Eq. 7) follows without further integrals. We
 # derive a formula for $h_k$ by Lagrange's inversion, compute the coefficients a second time by brute force, and compare
 # with proven numbers.
 

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 9. The radius of convergence, and the singularity that limits it
 #
-# The paper says that the series $\varepsilon = 1 + \sum h_k v_\ast^k$ (eq:epsSeriesAdvanced) "diverges for any finite
+# The paper says that the series $\varepsilon = 1 + \sum h_k v_\ast^k$ (its Eq. 7) "diverges for any finite
 # truncation", which is true of every polynomial. The infinite series converges for
 # $\lvert v_\ast \rvert < R = 1.0470243122\dots$ The limit is a pair of logarithmic branch points at
 # $v_\ast = R e^{\pm 0.4288846\dots \pi i}$, where $\varepsilon$ becomes infinite. The positive real axis is free of

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 10. Large $v_\ast$: $\varepsilon = (3/2)^{2/3} v_\ast^{-10/3}$ with logarithmic corrections
 #
-# The paper gives $\varepsilon \to v_\ast^{-3.2}$ for large $v_\ast$ (eq:asymp), read from a numerical solution. The
+# The paper gives $\varepsilon \to v_\ast^{-3.2}$ for large $v_\ast$ (its Eq. 10), read from a numerical solution. The
 # exact exponent is $-10/3$, with a factor. With $W = 12^{1/3} v_\ast^{10/3}$ and $\lambda = \ln W$,
 #
 # $$\varepsilon = \frac{3}{W} \left(1 - \frac{2 S}{W} + \frac{S^2 + 2 U}{W^2}
@@ -412,8 +412,8 @@ for wanted in ("-3.0", "-3.1", "-3.15", "-3.2", "-3.25", "-3.3"):
     assert wanted != "-3.2" or 4.394 < v < 4.395
 
 # %% [markdown]
-# So eq:asymp is the tangent of the log-log plot at $v_\ast = 4.395$. Within 0.05 its slope holds between 3.84 and 5.3,
-# a seventh of a decade of $v_\ast$, one and a half decades of impact speed. The curve touches $1.02 v_\ast^{-3.2}$
+# So the paper's Eq. 10 is the tangent of the log-log plot at $v_\ast = 4.395$. Within 0.05 its slope holds between 3.84 and
+# 5.3, a seventh of a decade of $v_\ast$, one and a half decades of impact speed. The curve touches $1.02 v_\ast^{-3.2}$
 # there; the factor is close to 1 by chance. For $v_\ast \to \infty$ the product $\varepsilon v_\ast^{3.2}$ goes to 0
 # like $v_\ast^{-2/15}$.
 

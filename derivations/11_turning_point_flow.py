@@ -5,7 +5,7 @@
 # between the computed and the wanted parameter by derivatives. The flow, the formulas for $\kappa$, $\varepsilon$,
 # $x_\text{max}$ and $\tau_c$, the balance of energy and the equations behind those bounds are derived here from the
 # scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, with its numbers (1) to (3)
-# and steps. Contact ends where the force vanishes (eq:tEndAdvanced).
+# and steps. Contact ends where the force vanishes (the paper's Eq. 6).
 
 # %%
 import sympy as sp

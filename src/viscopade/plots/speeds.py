@@ -231,7 +231,7 @@ def draw_speeds(
     for i, (speed_curve, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
         if i == 0 and len(curves) > 1:
-            approximants_only = all(other.approximates_first for other in curves[1:])
+            approximants_only = all(other.error is not None for other in curves[1:])
             look = BESIDE_APPROXIMANTS if approximants_only else BESIDE_OTHERS
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
         names.append((speed_curve.name, look))
