@@ -413,9 +413,9 @@ for wanted in ("-3.0", "-3.1", "-3.15", "-3.2", "-3.25", "-3.3"):
 
 # %% [markdown]
 # So the paper's Eq. 10 is the tangent of the log-log plot at $v_\ast = 4.395$. Within 0.05 its slope holds between 3.84
-# and 5.3, a seventh of a decade of $v_\ast$, one and a half decades of impact speed. The curve touches $1.02 v_\ast^{-3.2}$
-# there; the factor is close to 1 by chance. For $v_\ast \to \infty$ the product $\varepsilon v_\ast^{3.2}$ goes to 0
-# like $v_\ast^{-2/15}$.
+# and 5.3, a seventh of a decade of $v_\ast$, one and a half decades of impact speed. The curve touches
+# $1.02 v_\ast^{-3.2}$ there; the factor is close to 1 by chance. For $v_\ast \to \infty$ the product
+# $\varepsilon v_\ast^{3.2}$ goes to 0 like $v_\ast^{-2/15}$.
 
 # %%
 print("derived: eps = (3/2)^(2/3) v*^(-10/3) (1 - 2 S/W + (S^2 + 2 U)/W^2 + …); the slope -3.2 is local")
