@@ -119,7 +119,7 @@ typedef char viscopade_expected_no_fsingle_precision_constant[sizeof(0.0) == 8 ?
 #endif
 
 #ifdef VISCOPADE_INLINE
-/* The bits of a number, and the number with these bits. */
+/* Private: the bits of a number, and the number with these bits. */
 VISCOPADE_INLINE uint64_t viscopade_bits(double x)
 {
     uint64_t bits;

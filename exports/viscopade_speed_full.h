@@ -130,7 +130,7 @@ typedef char viscopade_expected_no_fsingle_precision_constant[sizeof(0.0) == 8 ?
 #endif
 
 #ifdef VISCOPADE_INLINE
-/* The bits of a number, and the number with these bits. */
+/* Private: the bits of a number, and the number with these bits. */
 VISCOPADE_INLINE uint64_t viscopade_bits(double x)
 {
     uint64_t bits;
@@ -1180,6 +1180,8 @@ VISCOPADE_KERNEL(0x231dca25)
  * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
  * Clang make vector instructions of them at -O3, for the machine that -march names. Without -march on x86-64, -O2 is enough: the
  * functions choose AVX2 or AVX-512 when they run (VISCOPADE_CHOICE).
+ *
+ * These functions and those of a single speed are public; all others of the table (viscopade_one_full, ...) are private.
  */
 
 VISCOPADE_HEXADECIMAL

@@ -4,7 +4,8 @@ Quotients of polynomials in v*, with u = 1/v* where powers of v* might overflow:
 
     eps = N(v*)/D(v*).
 
-Of a speed and a damping, v* = beta^(1/2) speed^(1/10), and beta = v*^2/speed^(1/5).
+Of a speed and a damping, v* = beta^(1/2) speed^(1/10), and beta = v*^2/speed^(1/5). Of a pair of bodies
+beta = 3/2 A (rho/m_eff)^(2/5), rho = 4/3 E_eff sqrt(R_eff), with A the dissipative constant, a time.
 
 Half-line kernels, with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
 

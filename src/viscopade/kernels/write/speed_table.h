@@ -244,6 +244,8 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
  * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
  * Clang make vector instructions of them at -O3, for the machine that -march names. Without -march on x86-64, -O2 is enough: the
  * functions choose AVX2 or AVX-512 when they run (VISCOPADE_CHOICE).
+ *
+ * These functions and those of a single speed are public; all others of the table (viscopade_one_KERNEL, ...) are private.
  */
 
 /* == type == */

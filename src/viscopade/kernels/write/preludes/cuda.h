@@ -70,7 +70,7 @@ __global__ void viscopade_apply(size_t packs, size_t n, const T *speed, Beta bet
 }
 #endif
 
-/* log2 and a quotient in type float: on the device the fast ones, for which the errors are proven. */
+/* Private: log2 and a quotient in type float; on the device the fast ones, for which the errors are proven. */
 VISCOPADE_FUNCTION float viscopade_log2f(float x)
 {
 #ifdef __CUDA_ARCH__

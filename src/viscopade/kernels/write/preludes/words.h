@@ -25,7 +25,7 @@
 #endif
 
 #ifdef VISCOPADE_INLINE
-/* The bits of a number, and the number with these bits. */
+/* Private: the bits of a number, and the number with these bits. */
 VISCOPADE_INLINE uint64_t viscopade_bits(double x)
 {
     uint64_t bits;
