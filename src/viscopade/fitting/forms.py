@@ -135,7 +135,7 @@ _ERROR_WORD = re.compile(
     "uncertainties|(standard)?abweichung|(standard|mess)?fehler|(standard|mess)?unsicherheit|ecart|ecarttype|"
     "incertitude|incertidumbre|incertezza|erreur|errore|desviacion|deviazione"
 )
-"""Words for a standard error, alone beside a quantity or with its name; d, u and s only before its name.
+"""Words for a standard error, with a quantity's name or alone beside it; d, u and s not alone, and s only before it.
 
 By hand: the usual words and abbreviations in the languages of `QUANTITIES`, as `plain` writes them, without separators.
 """
@@ -306,7 +306,8 @@ def _error_of(name: str) -> str | None:
     quantity. None: no error, or `quantities` does not know the name that is left.
     """
     # Words are between blanks, _ and brackets; each may be one for an error, such as sigma. An s behind others is the
-    # unit of seconds: "v s".
+    # unit of seconds: "v s". With another unit the name that is left is
+    # unknown; `header` tries the text without its unit, too.
     words = [word for word in re.split(r"[\s_()]+", _JOINED.sub(r"\1 \2", name).translate(_MARKS)) if word]
     keys = [plain(word).replace("_", "") for word in words]  # "std.", "écart-type"
     is_error = [bool(_ERROR_WORD.fullmatch(key)) and (k == 0 or key != "s") for k, key in enumerate(keys)]
@@ -444,6 +445,8 @@ class SheetLayout:
         meant = {"epsilon" if name in ("e", self.form.epsilon) else name for name in quantities(target)}
         values = {i: name for name in self.form.measured for i in self.places[name]}
         all_heights = "height" in meant and len(target) > 1
+        # A header's first quantity is its own meaning; the others are those that it may stand for ("y" is a height, and
+        # then H or h): errors of y are not those of both.
         meanings = {i: {name, *self.headers[i].quantities[:1]} for i, name in values.items()}
         lengths = {i for i, name in values.items() if all_heights and measured_quantity(name).dimension == "length"}
         return [i for i in values if meanings[i] & meant or i in lengths]

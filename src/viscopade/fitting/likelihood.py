@@ -417,7 +417,7 @@ def fit_law(points: Points, model: Model, *, robust: bool = False) -> LawFit:
     Raises
     ------
     ValueError
-        If there are not more points than parameters, or all speeds are equal.
+        If there are fewer than three points, or all speeds are equal.
     """
     # A law has one or two parameters besides the scatter: three points leave a degree of freedom.
     if len(points) < 3:
@@ -605,8 +605,8 @@ class Misfit:
         # With Student's t, equal values of rounded data would look like data without any scatter: it begins at the
         # rounding error. Rounding to a unit has the standard deviation 1/sqrt(12) of it.
         floor = max(1e-6 * root, self.resolution / math.sqrt(12)) if self.robust else 1e-6 * root
-        # It ends at ten times the root mean square: s exceeds that only by 1/sqrt(1 - k/n), at most sqrt(3), and ten is
-        # a margin by hand, which costs a step or two.
+        # It ends at ten times the root mean square, a margin by hand that costs a step or two: with equal errors s
+        # exceeds that only by 1/sqrt(1 - k/n), at most sqrt(3), with Student's t by little more.
         top, bottom = math.log(10 * max(root, floor) + _LEAST), math.log(floor + _LEAST)
         minimum = optimize.minimize_scalar(
             lambda log_scatter: self.deviance(math.exp(log_scatter), 1 - parameters_per_point),

@@ -38,7 +38,9 @@ _FINITE = Accepted("a finite number", np.isfinite)
 # error in each step, so that after a step of 1e-7 it is at round-off; from 0.1, four steps get there, and six are by
 # hand.
 _ROUNDS, _CLOSE = 6, 1e-7
-_OFF = 5.0  # standard errors: a frame farther off belongs to no free flight; noise does that once in two million frames
+# Standard errors: a frame farther off belongs to no free flight, and a smaller jump of the slope to no contact. Noise
+# does that once in two million frames.
+_OFF = 5.0
 _CURVED = 5.0  # standard errors of the acceleration of a body that falls, and is not held
 # Accelerations that flights share: they differ by less than three standard errors, or than 15 %, if this is more (drag
 # makes a parabola of a fast flight differ from one of a slow flight).
