@@ -101,7 +101,10 @@ def figures_command(
     help="Directory with the exported headers.  [default: make them]",
 )
 @option(
-    "--quick", group="Advanced", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning."
+    "--quick",
+    group="Advanced",
+    is_flag=True,
+    help="Make a trial run with few rounds and elements. Such times have no meaning.",
 )
 @option(
     "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),

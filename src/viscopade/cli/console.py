@@ -558,11 +558,11 @@ _DECIMAL = r"[+-]?[0-9]*\.?[0-9]+(e[+-]?[0-9]+)?"  # a number as Python and our 
 
 def figures(text: str, digits: int) -> str:
     """Return the decimal number in a text, rounded to significant digits; a text without a number stays, as "inf"."""
-    if not re.fullmatch(_DECIMAL, text) or len(Decimal(text).as_tuple().digits) <= digits:
+    if not re.fullmatch(_DECIMAL, text):
         return text
-    # As the text, with an exponent if it has one; and a large number gets one, to show no digits that are not known.
+    # An exponent stays, as e-6. A large number gets one if it is rounded, to show no digits that are not known.
     number = Context(prec=digits).create_decimal(text)
-    return f"{number:e}" if "e" in text or number.adjusted() >= digits else f"{number:f}"
+    return f"{number:e}" if "e" in text or (number != Decimal(text) and number.adjusted() >= digits) else f"{number:f}"
 
 
 def page_of(title: str | None, size: tuple[float, float] | None, font_size: float | None) -> Page:

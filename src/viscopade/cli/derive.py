@@ -344,7 +344,7 @@ def _of_bodies(*properties: str) -> Callable[..., Any]:
             "--load",
             group="Advanced",
             type=Real(),
-            help="Load G of the scaled equation x'' + … = G, with its kappa or v*.",
+            help="Load G of the scaled equation x'' + … = G, without --speed.",
         ),
         material(*properties, "yield_strength"),
         GRAVITY,
@@ -616,7 +616,8 @@ class _Bodies:
     def show_damped(self, epsilon: str | None, one_minus_epsilon: str | None = None) -> None:
         """Print the numbers of the collision of these bodies, which have the damping that gives a wanted eps.
 
-        One of both is typed, eps or 1 - eps; with a weight it is the eps with this weight.
+        `epsilon` is the wanted eps as it was typed, or None if 1 - eps was. Of bodies with a weight, it is the eps that they
+        have with this weight.
         """
         from viscopade.collision import exact
 
@@ -888,6 +889,8 @@ def epsilon(
             "with --damping and --mass, or a material with --speed"
         )
     number, unit = digits or ALL_DIGITS, ""
+    if bodies.load is not None:  # the numbers with a load are doubles, computed from this kappa
+        number = max(number, _PRECISE)
     if beta is not None and speed is not None and law == VISCOELASTIC:
         beta_number, matching_speed, unit = _beta_and_speed(beta, speed)
         collision = exact.collision(digits=number, beta=beta_number, speed=matching_speed)

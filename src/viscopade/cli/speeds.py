@@ -187,8 +187,8 @@ def table_command(points: int | None, digits: int, style: str, **options: Any) -
     """Print eps against the impact speed, or against v*.
 
     `viscopade plot` has the same options. For a material without --gravity and --adhesion the table also has the
-    contact time and the maximal compression. All numbers are in SI units and in double precision. For each --pade there
-    is a column of its relative error, [m/n]/eps - 1, where eps is that of the first spheres. An error below 1e-28 is 0.
+    contact time and the maximal compression. All numbers are in SI units and in double precision. --pade also adds
+    a column of the relative error, [m/n]/eps - 1. Here eps is that of the first spheres, and an error below 1e-28 is 0.
     """
     import numpy as np
 

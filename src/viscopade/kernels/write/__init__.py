@@ -1,3 +1,3 @@
 """Code of kernels: one writer of functions, and a module of data for each language."""
 
-__all__ = ["file", "language", "languages", "runners", "targets"]
+__all__ = ["file", "language", "languages", "runners", "tables", "targets"]
