@@ -616,8 +616,8 @@ class _Bodies:
     def show_damped(self, epsilon: str | None, one_minus_epsilon: str | None = None) -> None:
         """Print the numbers of the collision of these bodies, which have the damping that gives a wanted eps.
 
-        `epsilon` is the wanted eps as it was typed, or None if 1 - eps was. Of bodies with a weight, it is the eps that they
-        have with this weight.
+        `epsilon` is the wanted eps as it was typed, or None if 1 - eps was. Of bodies with a weight, it is the eps
+        that they have with this weight.
         """
         from viscopade.collision import exact
 
