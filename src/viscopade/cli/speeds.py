@@ -186,8 +186,8 @@ def plot(
 def table_command(points: int | None, digits: int, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
-    The curves have the options of `viscopade plot`. For a material without --gravity and --adhesion the table also has the
-    contact time and the maximal compression. All numbers are in SI units and in double precision. --pade also adds
+    The curves have the options of `viscopade plot`. For a material without --gravity and --adhesion the table also has
+    the contact time and the maximal compression. All numbers are in SI units and in double precision. --pade also adds
     a column of the relative error, [m/n]/eps - 1. Here eps is that of the first spheres, and an error below 1e-28 is 0.
     """
     import numpy as np
