@@ -57,14 +57,14 @@ def _family(title: str, entries: Sequence[Entry]) -> str:
 def _facts(entry: Entry) -> str:
     """Return the item of a kernel in its family's list."""
     kernel = entry.kernel
-    counted = {function.name: _operations(function) for function in kernel.functions}
+    first = kernel.functions[0]
     sentences = [
         f"`{kernel.formula}`" if kernel.formula else "",
         f"domain `{kernel.domain}`",
         f"`{entry.request.command('c')}`",
         f"tables of {kernel.bytes} bytes" if kernel.bytes else "",
         *(f"no {form} version: {reason}" for form, reason in kernel.missing.items()),
-        *(f"`{name}` has {text}" for name, text in counted.items()),
+        f"`{first.name}` has {_operations(first)}",
     ]
     return f"- **{kernel.name}**: {'; '.join(filter(None, sentences))}"
 
@@ -82,16 +82,17 @@ def _count(number: int, name: str) -> str:
 
 
 def _rows(kernel: Kernel, names: list[str]) -> Iterator[str]:
-    """Yield a row for each range and its errors, with the functions that have them.
+    """Yield a row for each widest range and its errors, with the functions that have them.
 
-    Bounds for usual speeds alone are left out where another bound holds for all speeds: the files have both.
+    The files also have the smaller errors on narrower ranges, and those for usual speeds alone.
     """
     functions = dict[tuple[str, ...], list[str]]()
     for function in kernel.functions:
         errors = dict[str, dict[str, str]]()
         for name in names:
             bounds = stated_bounds(kernel, function, ARITHMETICS[name])
-            for bound in [bound for bound in bounds if bound.speeds is None] or bounds:
+            # The widest range is the last one.
+            for bound in ([bound for bound in bounds if bound.speeds is None] or bounds)[-1:]:
                 errors.setdefault(range_text(bound), {})[name] = error_text(bound)
         for text, by_machine in errors.items():
             key = text, *(by_machine.get(name, "") for name in names)
