@@ -43,6 +43,7 @@ BAD = [
     ),
     ("pade 1 3", "[1/3] does not exist"),
     ("coefficients --symbolic --format latex", "--symbolic and --format latex are given: expected one of them"),
+    ("epsilon --v-star 1 --v-star 3", "--v-star is typed 2 times: expected it once"),
     ("table --digits 18", "--digits is 18: expected an integer from 1 to 17"),
     ("epsilon", "expected --v-star, --kappa, --beta or --epsilon with --speed, --stiffness with --damping and --mass,"),
     ("epsilon --epsilon 0.5", "--epsilon is given: expected --speed with it, the impact speed at which eps is known"),

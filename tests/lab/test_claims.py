@@ -146,9 +146,11 @@ PAGE = (Path(__file__).parents[2] / "docs" / "results" / "paper.md").read_text()
 
 
 def test_the_page_counts_the_verdicts(findings):
-    count = Counter(evidence.verdict for evidence in findings.values())
+    of_paper = {claim.name for claim in CLAIMS if not claim.place.startswith("not in the paper")}
+    assert {*findings} - of_paper == {"older-coefficients"}
+    count = Counter(findings[name].verdict for name in of_paper)
     words = f"of which {count[HOLDS]} hold, {count[LIMITED]} hold with a limit, and {count[FAILS]} do not"
-    assert f"{len(findings)} statements, {words}" in PAGE
+    assert f"{len(of_paper)} statements, {words}" in PAGE
 
 
 def test_the_page_rounds_errors_up(numbers):

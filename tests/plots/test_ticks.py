@@ -63,7 +63,7 @@ def test_a_page_has_its_title_size_and_letters():
     assert figure.get_suptitle() == "Spheres"
     assert "<dc:title>Spheres</dc:title>" in text
     assert figure.get_size_inches().tolist() == [5, 4]
-    assert figure.axes[0].xaxis.label.get_size() == 2 * sheet.STYLE["axes.labelsize"]
+    assert figure.axes[0].xaxis.label.get_size() == 15
 
 
 def drawn_with(*others):

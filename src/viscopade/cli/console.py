@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from decimal import Context, Decimal
@@ -78,7 +79,19 @@ option = partial(click.option, cls=Option)
 
 
 class Command(click.Command):
-    """A command whose help has its options under the headings of `GROUPS`, in the order in which they were added."""
+    """A command whose help has its options under the headings of `GROUPS`, in the order in which they were added.
+
+    An option that is not repeatable is refused if it is typed twice: Click would take the last one in silence.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the typed words `args` into the context of this command."""
+        # `order` has each typed parameter once for each time.
+        _, _, order = self.make_parser(ctx).parse_args([*args])
+        for param, number in Counter(order).items():
+            if isinstance(param, click.Option) and number > 1 and not (param.multiple or param.is_flag or param.count):
+                raise click.UsageError(f"{_name(param)} is typed {number} times: expected it once", ctx)
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options into the help, whose text `formatter` collects; `ctx` is the context of this command."""
@@ -435,8 +448,13 @@ SIZE = with_options(
         nargs=2,
         help="Width and height of a picture, such as '8.6 cm' '6 cm'.",
     ),
-    # 7.5 points are `font.size` of all our pictures (`viscopade.plots.sheet.STYLE`).
-    option("--font-size", group="Output", type=Real(), help="Font size of a picture in points.  [default: 7.5]"),
+    # 8.5 points are `axes.labelsize` of all our pictures (`viscopade.plots.sheet.STYLE`).
+    option(
+        "--font-size",
+        group="Output",
+        type=Real(),
+        help="Font size of the axes' labels in points; the other letters follow in proportion.  [default: 8.5]",
+    ),
 )
 """Options that fit a picture to a page, --size and --font-size; `page_of` takes their values."""
 
@@ -568,7 +586,7 @@ def figures(text: str, digits: int) -> str:
 def page_of(title: str | None, size: tuple[float, float] | None, font_size: float | None) -> Page:
     """Return the page of a picture, from the typed options --title, --size (width and height in m) and --font-size.
 
-    None stands for an option that is not typed: no title, the drawing's own size, letters of 7.5 points.
+    None stands for an option that is not typed: no title, the drawing's own size, labels of 8.5 points.
 
     Raises
     ------
@@ -584,7 +602,7 @@ def page_of(title: str | None, size: tuple[float, float] | None, font_size: floa
     if font_size is not None and not 3 <= font_size <= 72:
         raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
     inches = None if size is None else (float(size[0]) / 0.0254, float(size[1]) / 0.0254)  # an inch is 0.0254 m
-    return sheet.Page(title, inches, sheet.STYLE["font.size"] if font_size is None else float(font_size))
+    return sheet.Page(title, inches, sheet.STYLE["axes.labelsize"] if font_size is None else float(font_size))
 
 
 def show(

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 # Digits of a number in a table, chosen by hand; those with which every double can be told from its neighbours; and
 # those of an error, of which the size is enough. JSON has all.
-_FIGURES, _OF_DOUBLES, _OF_ERRORS = 6, 17, 2
+_FIGURES, _OF_DOUBLES, _OF_ERRORS = 6, 17, 3
 _MOST_ROWS = 10_000  # chosen by hand: more than anybody reads, and few enough for the memory
 _DRAWN = 200  # points of a curve: 70 to an inch of the axis, closer than a line is wide (1.3 points, 55 to an inch)
 # A point with weight or adhesion is an integration of about 20 ms, and a curve has fewer of them: 64 take 1.3 s. A

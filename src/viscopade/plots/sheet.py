@@ -209,11 +209,14 @@ def letters(points: float) -> float:
 
 @dataclass(frozen=True)
 class Page:
-    """A user's settings of a picture: a title above it, width and height in inches, font size in points."""
+    """A user's settings of a picture: a title above it, width and height in inches, and a font size in points.
+
+    The font size is that of the axes' labels; the letters of titles, ticks and legends follow in proportion.
+    """
 
     title: str | None = None
     size: tuple[float, float] | None = None
-    font_size: float = STYLE["font.size"]
+    font_size: float = STYLE["axes.labelsize"]
 
 
 def style_context(page: Page | None = None) -> AbstractContextManager[None]:
@@ -222,7 +225,7 @@ def style_context(page: Page | None = None) -> AbstractContextManager[None]:
 
     # A page without a size has one column's width, and the height 0, for which `new_sheet` has the drawing's own.
     page = page or Page()
-    scale = page.font_size / STYLE["font.size"]
+    scale = page.font_size / STYLE["axes.labelsize"]
     sizes = {name: scale * value for name, value in STYLE.items() if name.endswith("size")}
     return style.context(["default", {**STYLE, **sizes, "figure.figsize": page.size or (WIDTH, 0)}])
 

@@ -45,7 +45,7 @@ class Claim:
     name : str
         Unique, such as "table-entries".
     place : str
-        LaTeX label, or the text around it.
+        Number of the equation, table or figure, or the text around it.
     statement : str
         The statement, in our words.
     check : callable
