@@ -343,7 +343,7 @@ def test_an_approximant_has_a_column_of_its_error():
     assert approximant["error"] == pytest.approx(quotients, abs=1e-15)
     header, *rows = printed(*words, "--format", "csv").splitlines()
     assert header == "speed (m/s),viscoelastic,linear,[3/6],error of [3/6]"
-    assert [row.split(",")[-1] for row in rows] == [f"{error:.2g}" for error in approximant["error"]]
+    assert [row.split(",")[-1] for row in rows] == [f"{error:.3g}" for error in approximant["error"]]
     over_v_star = json_of("table", "--pade", "3/6", "--pade", "60/63", "--from", "0.001", "--to", "1", "--points", "2")
     (_, first, second) = over_v_star["curves"]
     p = pade(3, 6, 30)
