@@ -322,7 +322,7 @@ def test_a_contact_time_stands_for_the_bodies(tab):
     heavy = json.loads(called("epsilon", *options, "--damping", kappa, "--format", "json").stdout)
     assert value(tab, "eps with weight, if it falls") == pytest.approx(float(heavy["epsilon"]), abs=1e-6)
     assert tab.evaluate(js("return row('Stays down below').textContent")).endswith(" m/s")
-    assert "with --gravity 9.81 corrects it" in shown(tab, "reason")
+    assert "with --gravity 9.81 writes a line for it" in shown(tab, "reason")
     put(tab, by="drop", height="20 cm", damping="5 cm")
     assert value(tab, "eps with weight, if it falls") == pytest.approx(0.5, abs=1e-6)
 
@@ -343,6 +343,12 @@ def test_the_page_says_that_eps_is_the_input(tab):
     assert "loses the same share" in shown(tab, "explanation")
     put(tab, law="3/2,0")
     assert "loses a smaller share" in shown(tab, "explanation")
+    put(tab, contact="40 ms", speed="1")
+    assert "Without weight, a faster impact" in shown(tab, "explanation")
+    put(tab, law="viscoelastic", damping="1")
+    assert "faster" not in shown(tab, "explanation")
+    put(tab, damping="0.9", adhesion="0.1")
+    assert "faster" not in shown(tab, "explanation")
     put(tab, law="viscoelastic", by="A")
     assert "You gave A and the bodies" in shown(tab, "explanation")
 

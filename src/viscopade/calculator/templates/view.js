@@ -203,6 +203,8 @@ function rows() {
   return { numbers: found, "more-numbers": more };
 }
 
+const SMALL_SHARE = 0.01; // of g t_c/v: below, weight changes the loss of energy by about 1 % or less
+
 // What is given, and what the speed does: the input is eps at one speed, or the damping.
 function explanation() {
   const { power } = answer.law;
@@ -214,7 +216,9 @@ function explanation() {
     return `The ball falls from ${from} and rebounds to ${to}: eps = sqrt(${to}/${from}) = ${general(Math.sqrt(input.damping / input.height), DIGITS)} with its weight.${bodies}`;
   }
   if (input.by !== "epsilon") return `You gave ${wayNow()[1]}${input.by === "A" ? " and the bodies" : ""}; eps follows from the impact speed.`;
-  return `You gave eps = ${general(input.damping, DIGITS)} at ${quantityText(input.at, "speed")}. A faster impact loses ${shares[Math.sign(power)]} of its energy.${bodies}`;
+  const faster = answer.fall?.share > SMALL_SHARE ? "Without weight, a faster impact" : "A faster impact";
+  const loss = answer.adhesion || !answer.kappa ? "" : ` ${faster} loses ${shares[Math.sign(power)]} of its energy.`;
+  return `You gave eps = ${general(input.damping, DIGITS)} at ${quantityText(input.at, "speed")}.${loss}${bodies}`;
 }
 
 // Values of the bodies that are not usual: a unit may be missing.
@@ -261,8 +265,10 @@ function show() {
 function showProgram() {
   const { line, reason, warning, step, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
-  const falling = line && answer.fall && "law" in FACTS.programs.find(({ name }) => name === $("program").value)
-    ? `The line gives this eps without weight. With it the program's eps is not that of the result: the command prints it, and with --gravity ${general(input.gravity, DIGITS)} corrects it.` : "";
+  // A program with its own law also has its own eps with the weight.
+  const program = FACTS.programs.find(({ name }) => name === $("program").value);
+  const falling = line && answer.fall && program.law
+    ? `The line gives eps without weight. With weight, ${program.title}'s eps is not that of this page: the command prints it, and with --gravity ${general(input.gravity, DIGITS)} writes a line for it.` : "";
   $("reason").textContent = reason || [warning, step, falling, "In SI units:"].filter(Boolean).join(" ");
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
