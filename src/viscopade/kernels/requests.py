@@ -159,7 +159,7 @@ def _readme() -> str:
             "",
             *first,
             "",
-            "How to use them: [C and C++](../docs/usage/c-and-cpp.md), [other languages](../docs/reference/languages.md).",
+            "Uses: [C and C++](../docs/usage/c-and-cpp.md), [other languages](../docs/reference/languages.md).",
             "`viscopade reproduce --out exports` writes all files. One command writes one file:",
             "",
             "| file | command |",

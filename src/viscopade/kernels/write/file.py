@@ -95,7 +95,10 @@ def file_text(
     """
     name = module or language.stem
     if not language.table and any(kernel.tables for kernel in kernels):
-        raise ValueError(f"the language is {language.name}: expected c, as the kernel has a table")
+        raise ValueError(
+            f"the language is {language.name}: expected c, as the kernel has a table, or a kernel without one "
+            "(--accuracy 1e-5)"
+        )
     # The texts of kernels, each after that of the kernel that serves outside its table. What all speed tables share
     # comes first, once.
     texts = [speed_table.shared_text()] if any(kernel.fallback for kernel in kernels) else []
