@@ -10,6 +10,7 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import viscopade as vp
@@ -190,6 +191,23 @@ def test_errors_to_quote():
                 bound = kernel.bound(name, "host", form.name)[-1]
                 whole = bound.relative + bound.last
                 assert at_most(whole + bound.ulps * form.ulp(Fraction(1)) * (1 + whole), 3) == error
+
+
+@needs("cc")
+def test_one_minus_eps_in_float(tmp_path):
+    """As the page says, d / (1 + eps) is within 1e-5; the difference is not, for nearly elastic collisions."""
+    assert "`d / (1 + eps)`, with an error below 1e-5" in PAGE
+    header = (ROOT / "exports" / "viscopade_speed_1em5.h").read_text("utf-8")
+    library = compiled.build(tmp_path, [header])
+    beta = np.float32(1.307)
+    speeds = np.geomspace(1e-24, 1e6, 3001, dtype=np.float32)
+    eps, d = (
+        np.array([library[f"{name}_1em5f"](speed, beta) for speed in speeds], dtype=np.float32)
+        for name in ("restitution", "dissipation")
+    )
+    exact = vp.one_minus_epsilon(np.sqrt(np.float64(beta)) * speeds.astype(np.float64) ** 0.1)
+    assert np.max(np.abs(d / (1 + eps) / exact - 1)) < 1e-5
+    assert np.max(np.abs((1 - eps) / exact - 1)) > 1e-3
 
 
 def test_the_share_of_beta():
