@@ -185,7 +185,11 @@ def test_units_without_a_size(deck):
         ("--radius 2=1kg", "--radius is '1kg': expected a length > 0"),
         ("--speed 0", "--speed is '0': expected a speed > 0"),
         ("--epsilon 1", "epsilon is '1': expected a number > 0 and < 1"),
-        ("--set solref=1", "--set is given with a file: expected a command without it"),
+        ("--set solref=1", '--set is given with a file: expected --set "damping=tsuji (2026)", or the file with other'),
+        ('--set "damping=tsuji (2026)"', "in.box has no damping tsuji"),
+        ("--step-error 0.01", "--step-error is given with a file: expected --time-step"),
+        ("--radius 1=1mm,2=1.6mm", "--radius is 1=1mm,2=1.6mm: expected one type, and --radius again for another"),
+        ("--epsilon wall=0.6", "--epsilon is 'wall=0.6': expected one number, and a command for each eps"),
         ("--mass 1", "--mass is given with a file: expected a command without it"),
         ("--all", "--all is given with a file"),
         ("--scheme verlet", "--scheme is given with a file"),
@@ -321,6 +325,31 @@ def test_lines_that_replace_each_other(tmp_path):
     assert sentence not in text_of(str(file), "--epsilon", "0.6")
     file.write_text(f"{text}pair_style gran/hooke 1e4 NULL 9 NULL 0 0\npair_coeff * *\nrun 1\n")
     assert sentence in text_of(str(file), "--epsilon", "0.6")
+
+
+def test_the_release_of_tsuji(tmp_path):
+    """LAMMPS 22 Jul 2025 takes Marshall's alpha for kappa, and later releases sqrt(2) times that."""
+    file = tmp_path / "in.tsuji"
+    line = "pair_coeff 1 1 hertz/material 1e7 0.5 0.3 tangential linear_nohistory 0 0 damping tsuji"
+    file.write_text(f"units si\natom_style sphere\ncreate_atoms 1 box\npair_style granular\n{line}\ntimestep 1e-9\n")
+    sizes, newer = ("--radius", "1=1mm", "--density", "1=2500"), ("--set", "damping=tsuji (2026)")
+    pasted = ("lammps", "--set", line, "--radius", "1 mm", "--density", "2500", "--speed", "1")
+    for words in ((str(file), *sizes), pasted):
+        old, new = (json.loads(run(*words, *more, "--format", "json").output) for more in ((), newer))
+        eps = [whole.get("delivered") or whole["contacts"][0]["delivered"] for whole in (old, new)]
+        assert eps == pytest.approx([0.6161, 0.4999], abs=5e-5)  # docs/results/audit.md
+        (text,) = (text for text in old["warnings"] if "tsuji" in text)
+        assert text.endswith('give eps = 0.4999: --set "damping=tsuji (2026)"')
+        assert not any("tsuji" in text for text in new["warnings"])
+    # The line to write has the word of the program, and the number of its release.
+    for more, number in (((), "0.36665136"), (newer, "0.50008274")):
+        text = run(str(file), *sizes, "--epsilon", "0.5", *more).output
+        assert f"hertz/material 10000000 {number} 0.3 tangential linear_nohistory 0 0 damping tsuji\n" in text
+
+
+def test_a_file_that_is_not_there_has_names_like_it(tmp_path):
+    (tmp_path / "in.mix").touch()
+    assert run(str(tmp_path / "in.mixx")).stderr.endswith("in.mixx': did you mean in.mix?\n")
 
 
 def test_the_name_of_a_simulator_is_no_file(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 
 from tests.simulators.two_balls import need
 from viscopade.simulators.deck import DeckOptions
+from viscopade.simulators.deck_rows import contact_rows
 from viscopade.simulators.lammps_deck import line_settings, read_input
 from viscopade.simulators.lammps_variables import Variables
 from viscopade.simulators.native import FileUnits, Impact, delivery
@@ -190,9 +191,6 @@ def test_contacts_are_those_of_lammps(name, tmp_path):
     assert not deck.unread
     for i, run in enumerate(deck.runs):
         for contact in run.contacts:
-            # LAMMPS 22 Jul 2025 has the older Tsuji damping.
-            old = {"damping": "tsuji (22 Jul 2025)"} if contact.settings["damping"] == "tsuji" else {}
-            contact.settings.update(old)
             for sizes in contact.sizes:
                 if sizes[1] is None:  # at a curved wall the radius of a row is R_eff
                     of_type = contact.name.split(" - ")[0]
@@ -206,10 +204,11 @@ def test_contacts_are_those_of_lammps(name, tmp_path):
                 assert measured_epsilon(printed, gravity) == pytest.approx(epsilon, abs=1e-9), contact.name
 
 
+@pytest.mark.parametrize("damping", ["coeff_restitution", "tsuji"])
 @pytest.mark.parametrize("name", ["type 1 - type 2", "type 2 - wall floor"])
-def test_lines_to_write_instead_give_the_wanted_eps_in_lammps(name, tmp_path):
+def test_lines_to_write_instead_give_the_wanted_eps_in_lammps(name, damping, tmp_path):
     need("lammps")
-    text = DECKS["mixing"]
+    text = DECKS["mixing"].replace("coeff_restitution", damping)
     deck = deck_of(tmp_path, text)
     (run,) = deck.runs
     contact = next(contact for contact in run.contacts if contact.name == name)
@@ -222,6 +221,71 @@ def test_lines_to_write_instead_give_the_wanted_eps_in_lammps(name, tmp_path):
         text.replace("timestep", f"{lines}\ntimestep"), spheres=spheres_of(contact, sizes, run.step, 0.0, 0)
     )
     assert measured_epsilon(printed, 0.0) == pytest.approx(0.42, abs=1e-4)  # the mean over phases
+
+
+POURED = f"""
+units si
+variable size index 1
+{BOX}
+pair_style granular
+pair_coeff * * hertz/material 1e7 0.5 0.3 {FRICTIONLESS} damping tsuji
+fix floor all wall/gran granular hertz/material 1e9 0.5 0.3 {FRICTIONLESS} damping tsuji zplane 0 NULL
+fix grav all gravity 9.81 vector 0 0 -1
+region top block -0.9 0.9 -0.9 0.9 0.1 0.9
+fix p1 all pour 10 1 4711 region top diam one 0.02 dens 2500 2500
+fix p2 all pour 10 2 4711 region top diam one 0.03 dens 2500 2500
+timestep 1e-5
+run 1
+"""
+
+
+def test_one_line_for_a_wall_where_one_number_serves(tmp_path):
+    """The contact times of 2 cm and 3 cm differ, and so do the numbers, by less than eps does within a step."""
+    (first, second) = contact_rows(deck_of(tmp_path, POURED), 0.5, 0.7)[3:]
+    assert first.lines == second.lines
+    (line,) = first.lines
+    assert line.startswith("fix floor all wall/gran granular hertz/material ")
+    for row in (first, second):
+        falling = row.answer.falling
+        assert row.reached == pytest.approx(0.7, abs=(falling.largest - falling.least) / 2)
+    # A damping in proportion to the mass has other numbers: each type has a line and a group.
+    viscoelastic = POURED.replace("damping tsuji", "").replace("1e9 0.5 0.3", "1e9 1e5 0.3")
+    (first, second) = contact_rows(deck_of(tmp_path, viscoelastic), 0.5, 0.7)[3:]
+    assert [row.lines[0].split()[:2] for row in (first, second)] == [["group", f"viscopade_type{i}"] for i in (1, 2)]
+    assert first.reached is second.reached is None
+
+
+def test_spheres_that_fall_through_a_wall_are_warned_of(tmp_path):
+    walls = POURED.replace("fix floor all", "fix floor small").replace(
+        "fix grav", f"fix floor2 large wall/gran granular hertz 1e7 50 {FRICTIONLESS} zplane 0 NULL\nfix grav"
+    )
+    # The fixes of the warnings, by how spheres are poured. A dynamic group takes them in.
+    both, small, large = "group small type 1\ngroup large type 2\n", "fix p1 small", "fix p2 large"
+    texts = {
+        POURED: [],
+        both + walls: ["p1", "p2"],
+        both + walls.replace("fix p1 all", small): ["p2"],
+        both + walls.replace("fix p1 all", small).replace("fix p2 all", large): [],
+        both.replace("small type 1", "small dynamic all every 1") + walls.replace("fix p2 all", large): [],
+    }
+    for text, fixes in texts.items():
+        warnings = deck_of(tmp_path, text).warnings
+        assert [words.split()[1] for words in warnings] == fixes
+        assert all("fall through the wall" in words for words in warnings)
+
+
+def test_defaults_are_warned_of(tmp_path):
+    deck = deck_of(tmp_path, POURED.replace("dens 2500 2500", "").replace("units si", ""))
+    *pours, units = deck.warnings
+    assert [text.split("(")[0] + text.split(")")[1] for text in pours] == [
+        "fix pour  has no dens: the default density is 1"
+    ] * 2
+    assert units == "the file has no units: the default is lj"
+    said = DeckOptions(densities={"1": 2500, "2": 2500})
+    assert deck_of(tmp_path, POURED.replace("dens 2500 2500", ""), said).warnings == ()
+    assert deck_of(tmp_path, POURED.replace("fix p1", "create_atoms 2 box\nfix p1")).warnings == (
+        "spheres of type 2 have the default diameter 1 and density 1",
+    )
 
 
 LIGGGHTS = """

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
+from viscopade import arguments
 from viscopade.cli.audit_contact import show_contact
 from viscopade.cli.audit_deck import DECKS, show_deck
 from viscopade.cli.audit_formulas import show_formulas
@@ -29,14 +31,18 @@ class _SimulatorOrFile(OneOf):
 
         `value` is the typed text; Click also passes the argument `param` and the running command `ctx`.
         """
-        if str(value).lower() not in self.choices and os.path.exists(value):  # pathlib raises for long names
-            return Path(value)
-        try:
+        name = str(value)
+        if name.lower() not in self.choices and os.path.exists(name):  # pathlib raises for long names
+            return Path(name)
+        if name.lower() in (*self.choices, *self.others):
             return super().convert(value, param, ctx)
-        except click.UsageError as error:
-            if error.message.endswith("?"):  # a name that looks like it: "did you mean …?" says enough
-                raise
-            raise click.UsageError(f"{error.message}, or a file: {DECKS}") from None
+        # Neither a program nor a file: name the programs, and the files beside it, that look like it.
+        (folder, file), beside = os.path.split(name), list[str]()
+        with suppress(OSError, ValueError):
+            beside = os.listdir(folder or ".")
+        near = arguments.suggestion(file, beside) or arguments.suggestion(name.lower(), self.choices)
+        accepted = f": expected {DECKS}, or a program, such as {', '.join(self.choices[:3])} (viscopade audit has all)"
+        raise click.UsageError(f"there is no file and no program {name!r}{near or accepted}")
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Return the names, and leave files to the shell."""
@@ -51,8 +57,18 @@ _MEANT = {
 """The sentence for each name that people use for a simulator and that is not ours."""
 
 
+class _Audit(Command):
+    """The command, which refuses an option of LAMMPS by the name that it has here."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the typed words `args` into the context of this command."""
+        if {"-var", "-v"} & {*args}:
+            raise click.UsageError("-var is an option of LAMMPS: expected --variable NAME=VALUE")
+        return super().parse_args(ctx, args)
+
+
 @click.command(
-    cls=Command,
+    cls=_Audit,
     epilog=examples(
         "viscopade audit examples/in.hopper --speed 1",
         "viscopade audit mujoco --epsilon 0.5",
@@ -61,7 +77,7 @@ _MEANT = {
 )
 @click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS, _MEANT), metavar="[SIMULATOR|FILE]")
 # The five default eps, from weak to strong damping, are a choice.
-@option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
+@option("--epsilon", help="The wanted eps, > 0 and < 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
 @option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed or FILE a time.")
 @option(
     "--contact-time",
@@ -78,7 +94,7 @@ _MEANT = {
     multiple=True,
     metavar="NAME=VALUE",
     help="Parameter in your file, or a line of LAMMPS or LIGGGHTS; repeatable. A wrong NAME prints all names and "
-    "defaults.",
+    'defaults. With FILE: "damping=tsuji (2026)" only.',
 )
 @option(
     "--force", group="Other laws", metavar="FORMULA", help="Force as a function of the compression x and its rate v."
@@ -185,9 +201,13 @@ def audit(
 
     # A file: all its contacts. It says parameters, masses and integrator itself.
     if isinstance(simulator, Path):
-        more = {"--set": of_contacts.pop("settings"), "--constant": of_contacts.pop("constants")} | {
+        more = {"--constant": of_contacts.pop("constants")} | {
             f"--{name}": of_contacts.pop(name) for name in ("force", "vary", "mass", "scheme", "end")
         }
+        if step_error is not None:
+            raise click.UsageError(
+                "--step-error is given with a file: expected --time-step, with which from and to are the range of eps"
+            )
         _refuse("with a file", of_formulas | more)
         show_deck(simulator, epsilon, time_step, style, **of_contacts)
         return

@@ -79,6 +79,7 @@ def show_contact(
     **quantities : str or None
         Texts of speed, mass and gravity.
     """
+    from viscopade.simulators.deck import TSUJI_2026
     from viscopade.simulators.lammps_deck import line_settings
     from viscopade.simulators.native import FileUnits, delivery, names_without_effect
     from viscopade.simulators.own_law import FEWEST_STEPS
@@ -94,6 +95,9 @@ def show_contact(
     words = [text for text in settings if text not in pasted]
     words += [] if scheme is None else [f"{native.integrator}={scheme}"]
     of_lines = [f"{name}={value}" for text in pasted for name, value in line_settings(text).items()]
+    # A line does not say its release: then --set says what its `damping tsuji` means.
+    if {f"damping={TSUJI_2026}", "damping=tsuji"} <= {*words, *of_lines}:
+        of_lines.remove("damping=tsuji")
     texts = values_by_name("--set", [*words, *of_lines], "solref=-2500 -100")
 
     # A pasted fix is a wall: fix wall/gran. Plain numbers are in the units of the user's file. `sized` lists the

@@ -48,6 +48,7 @@ def show_deck(
     time_step: str | None,
     style: str,
     *,
+    settings: Sequence[str],
     variable: Sequence[str],
     radius: Sequence[str],
     density: Sequence[str],
@@ -65,13 +66,15 @@ def show_deck(
         A time, instead of the file's.
     style : str
         Format of the output: text, csv or json.
+    settings : sequence of str
+        Empty, or "damping=tsuji (2026)", which says how the program reads `damping tsuji`.
     variable, radius, density : sequence of str
         NAME=VALUE: variables of the file, and radius or density of a type of particles that the file does not say.
     **quantities : str or None
         Texts of speed (without it 1 m/s) and gravity (instead of the file's).
     """
     from viscopade.simulators import lammps_deck, mujoco_model
-    from viscopade.simulators.deck import DeckOptions, DeckRun
+    from viscopade.simulators.deck import TSUJI_2026, DeckOptions, DeckRun
     from viscopade.simulators.deck_rows import contact_rows
     from viscopade.simulators.native import Impact
 
@@ -79,6 +82,9 @@ def show_deck(
     sized: list[str] = []
 
     # "1=0.25mm:1mm": of type 1 the least and the largest radius.
+    for option, typed in (("radius", radius), ("density", density)):
+        if several := next((text for text in typed if "," in text), None):
+            raise click.UsageError(f"--{option} is {several}: expected one type, and --{option} again for another")
     radii: dict[str, tuple[float, ...]] = {}
     for name, text in values_by_name("--radius", radius, "1=0.25mm:1mm").items():
         radii[name] = tuple(si_number("radius", part, sized) for part in text.split(":"))
@@ -87,17 +93,25 @@ def show_deck(
     densities = {
         name: si_number("density", text, sized) for name, text in values_by_name("--density", density, "1=2500").items()
     }
-    said = DeckOptions(values_by_name("--variable", variable, "n=5"), radii, densities)
+    newer = f"damping={TSUJI_2026}"
+    if any(text != newer for text in settings):
+        raise click.UsageError(f'--set is given with a file: expected --set "{newer}", or the file with other numbers')
+    said = DeckOptions(values_by_name("--variable", variable, "n=5"), radii, densities, bool(settings))
     texts = {**quantities, "time-step": time_step}
     si = {name: None if text is None else si_number(name, text, sized) for name, text in texts.items()}
     target = None
     if epsilon is not None:
+        if "=" in epsilon:
+            rows = "expected one number, and a command for each eps, of which you take the lines of some rows"
+            raise click.UsageError(f"--epsilon is {epsilon!r}: {rows}")
         target = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
 
     if file.is_fifo():  # a file is read more than once, and names others beside it
         raise click.UsageError(f"{file} is a pipe: expected a file")
     # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
     is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+    if settings and is_xml:
+        raise click.UsageError("--set is given with a model of MuJoCo: expected the file with other numbers")
     deck = mujoco_model.read_model(file, said) if is_xml else lammps_deck.read_input(file, said)
     if deck.missing:
         # A file that was not found may be why.
@@ -106,7 +120,10 @@ def show_deck(
         reason = deck.units.unsized.partition(", or --set")[0]  # a file says its units itself
         raise click.UsageError(f"--{sized[0]} has a unit, and {reason}")
 
-    if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
+    contacts = [contact for run in deck.runs for contact in run.contacts]
+    if settings and not any(contact.settings.get("damping") == TSUJI_2026 for contact in contacts):
+        raise click.UsageError(f"--set has no effect: {file} has no damping tsuji")
+    if si["gravity"] is not None and not any(contact.falls for contact in contacts):
         raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
 
     # Step and gravity of an option replace those of all runs. Without --speed it is 1 m/s, chosen by hand; the output
@@ -129,24 +146,25 @@ def show_deck(
         _say_deck(deck, table, epsilon, "" if si["speed"] else ", as --speed is not given")
         return
     units = deck.units
-    contacts = [_fields(row) for row in table]
+    fields_of_rows = [_fields(row) for row in table]
     json_object = {
         "file": str(file),
         "program": deck.program.name,
         "units": {"length": units.length, "mass": units.mass, "time": units.time},
         "speed": impact.speed,
-        "contacts": contacts,
+        "contacts": fields_of_rows,
         "unread": [_line_fields(line) for line in deck.unread],
         "warnings": [*dict.fromkeys([*deck.warnings, *(text for row in table for text in row.answer.warnings)])],
     }
-    show(style, [*contacts[0]], [[_cell(value) for value in fields.values()] for fields in contacts], json_object)
+    cells = [[_cell(value) for value in fields.values()] for fields in fields_of_rows]
+    show(style, [*fields_of_rows[0]], cells, json_object)
 
 
 def _fields(row: DeckRow) -> dict[str, Any]:
     """Return a row as JSON has it; numbers are in the units of the file, and None where there is none."""
     # `x and x.y`: None without a collision (`answer.reason` says why), else a number of it.
     run, contact, answer = row.run, row.contact, row.answer
-    collision, instead = answer.collision, answer.instead
+    collision = answer.collision
     return {
         # Both bodies, the line that decides their contact, and how many pairs of bodies have it.
         "name": contact.name,
@@ -167,7 +185,7 @@ def _fields(row: DeckRow) -> dict[str, Any]:
         "step": run.step,
         "steps": row.steps,
         "sticking_speed": answer.sticking_speed,
-        "instead": None if instead is None else list(contact.lines_with(instead)),
+        "instead": None if answer.instead is None else list(row.lines),
         "reason": answer.reason,
         "marks": list(contact.marks),
         "warnings": list(answer.warnings),
@@ -241,10 +259,9 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
         for kind, text in ((kind, text) for kind, texts in kinds.items() for text in texts):
             sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
-        lines = row.contact.lines_with(row.answer.instead) if row.answer.instead else ()
-        if lines:
-            weight, place = " with weight" if row.impact.gravity else "", _position(lines, row.contact.line, deck)
-            replacements.setdefault((weight, place, lines), []).append(i)
+        if row.lines:
+            weight, place = " with weight" if row.impact.gravity else "", _position(row.lines, row.contact.line, deck)
+            replacements.setdefault((weight, place, row.lines), []).append(i)
     for (kind, _), texts in sentences.items():
         i, text = next(iter(texts.items()))
         source = f" (the numbers of row {i})" if {*texts.values()} != {text} else ""
@@ -252,7 +269,10 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for text in deck.warnings:
         say(f"Warning: {text}.")
     for (weight, place, lines), numbers in replacements.items():
-        say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write{place}")
+        # One line for several rows gives each its own eps.
+        reached = sorted(f"{eps:.4f}" for i in numbers if (eps := table[i - 1].reached) is not None)
+        between = f" ({reached[0]} to {reached[-1]})" if reached and reached[0] < reached[-1] else ""
+        say(f"for eps = {epsilon}{between}{weight} in {_rows(numbers)} write{place}")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
     # Lines to write may contradict each other. A command names what it sets in its first three words ("pair_coeff 1 2",
     # "fix ID group"); a model has one <option>.

@@ -50,7 +50,7 @@ def show_formulas(
     simulator : str or None
         Name of a program; None for all.
     epsilon : str or None
-        The wanted eps, 0.001 to 1; None for a table of five.
+        The wanted eps, >= 0.001 and < 1; None for a table of five.
     time_step : str or None
         In units of the undamped contact time, or a time if `contact_time` is there; None for the continuum.
     contact_time : float or None
@@ -72,7 +72,7 @@ def show_formulas(
     # From 0.001 on all programs take 4 s. For 1e-4 they took 105 s (measured), and more contacts last too long to be
     # computed.
     if epsilon is not None:
-        arguments.exact_number("--epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
+        arguments.exact_number("--epsilon", epsilon, "a number >= 0.001 and < 1", lambda e: Fraction(1, 1000) <= e < 1)
     if step_error is not None and not _LEAST_ERROR <= step_error <= 1:
         raise ValueError(f"--step-error is {step_error:.4g}: expected {_LEAST_ERROR:g} to 1")
     # `audits`: what each formula gives for each eps, and `refused`: sentences on those that have no number for it.

@@ -20,6 +20,7 @@ from viscopade.cli.console import WORDS, examples, keep_printing, tracker
 from viscopade.extras import MissingPackage
 from viscopade.generated import printable
 from viscopade.progress import use_tracker
+from viscopade.simulators import SIMULATORS
 
 # Characters of a message, chosen by hand: our longest sentences are far shorter, and a message that quotes a file of
 # megabytes does not flood the terminal.
@@ -69,6 +70,11 @@ class Commands(click.Group):
         """
         if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
             near = arguments.suggestion(args[0], self.list_commands(context))
+            name = args[0].lower()
+            if name in SIMULATORS:
+                # The first of the targets of `viscopade simulators`; some programs have none.
+                meant = [f"audit {name}", *(f"simulators {target}" for target in SIMULATORS[name][:1])]
+                near = f": did you mean {' or '.join(meant)}?"
             raise click.UsageError(f"there is no command {args[0]!r}{near}")
         context.meta[WORDS] = args
         return super().resolve_command(context, args)

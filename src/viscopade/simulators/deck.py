@@ -31,6 +31,9 @@ class Size(NamedTuple):
     mass: float
 
 
+TSUJI_2026 = "tsuji (2026)"
+"""Our name for LAMMPS's `damping tsuji` in releases that multiply it by sqrt(2)."""
+LinesWith = Callable[[Mapping[str, str]], tuple[str, ...]]
 # A mark of contacts with a plane that gravity does not meet along its normal.
 INCLINED = "on an inclined plane only the part of the weight along its normal presses"
 
@@ -61,6 +64,8 @@ class DeckContact:
         What a reader of the row has to know, such as "mixed from the lines of each type" or "geom on a jointed body".
     lines_with : callable
         From texts of parameters, by name, to the lines of this file that have them.
+    common_lines_with : callable or None
+        The same for all contacts of a line that must be split to give them different parameters; None for others.
     """
 
     name: str
@@ -71,7 +76,8 @@ class DeckContact:
     count: int = 1
     reason: str = ""
     marks: tuple[str, ...] = ()
-    lines_with: Callable[[Mapping[str, str]], tuple[str, ...]] = field(default=lambda settings: (), compare=False)
+    lines_with: LinesWith = field(default=lambda settings: (), compare=False)
+    common_lines_with: LinesWith | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -135,8 +141,11 @@ class DeckOptions:
         By the name of a type: one radius, or the least and the largest, in metres.
     densities : mapping of str to float
         By the name of a type, in kg/m^3.
+    tsuji_is_new : bool
+        Whether `damping tsuji` is that of a release of LAMMPS with the factor sqrt(2).
     """
 
     variables: Mapping[str, str] = field(default_factory=dict)
     radii: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     densities: Mapping[str, float] = field(default_factory=dict)
+    tsuji_is_new: bool = False

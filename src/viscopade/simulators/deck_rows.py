@@ -10,7 +10,17 @@ from typing import NamedTuple
 from viscopade.collision.contact import SampledCollision
 from viscopade.progress import track
 from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Size
-from viscopade.simulators.native import FileUnits, Impact, delivery, effective, names_without_effect
+from viscopade.simulators.native import (
+    SAME,
+    SPREAD,
+    FileUnits,
+    Impact,
+    Native,
+    delivery,
+    effective,
+    energy_warnings,
+    names_without_effect,
+)
 
 TOO_DEEP = "The overlap is larger than the radius: the bodies pass through each other, whatever eps is"
 
@@ -48,6 +58,13 @@ class Answer(NamedTuple):
     warnings: tuple[str, ...] = ()
     reason: str = ""
 
+    @property
+    def with_weight(self) -> SampledCollision:
+        """The collision with weight, if there is one; else that without."""
+        collision = self.falling or self.collision
+        assert collision is not None
+        return collision
+
 
 class DeckRow(NamedTuple):
     """Two sizes of a contact in a run, and what they give; all numbers are in the units of the file.
@@ -61,6 +78,10 @@ class DeckRow(NamedTuple):
     impact : Impact
         Without the effective mass or radius if eps does not depend on it.
     answer : Answer
+    lines : tuple of str
+        Those to write for the wanted eps; empty without one, or if nothing gives it.
+    reached : float or None
+        The eps that these lines give, if they are one for several rows with different numbers.
     """
 
     run: DeckRun
@@ -68,6 +89,8 @@ class DeckRow(NamedTuple):
     radii: tuple[float, ...]
     impact: Impact
     answer: Answer
+    lines: tuple[str, ...] = ()
+    reached: float | None = None
 
     @property
     def steps(self) -> float | None:
@@ -123,7 +146,8 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         time = None if result.contact_time is None else result.contact_time * result.units.seconds / units.seconds
         sticking_speed = result.sticking and result.sticking.speed
         depth = result.collision.depth * result.units.metres / units.metres
-        return Answer(collision, falling, time, sticking_speed, depth, result.instead, result.warnings)
+        warnings = (*dict.fromkeys((*result.warnings, *energy_warnings(collision, impact.step))),)
+        return Answer(collision, falling, time, sticking_speed, depth, result.instead, warnings)
 
     # A contact without a number, or without sizes, has one row, with two bodies of which nothing is known.
     unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
@@ -156,13 +180,57 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         radii = () if impact.mass is impact.radius is None else (*sphere_radii,)
         # Sizes on which eps does not depend make one row.
         key = (contact.name, settings, radii, impact, result.reason)
-        tables[i].setdefault(key, DeckRow(run, contact, radii, impact, result))
+        lines = contact.lines_with(result.instead) if result.instead else ()
+        tables[i].setdefault(key, DeckRow(run, contact, radii, impact, result, lines))
 
     # The first run has all rows, and a later one those that the run before it does not have.
     previous_tables = [{}, *tables[:-1]]
-    return [
+    rows = [
         row
         for table, previous in zip(tables, previous_tables, strict=True)
         for key, row in table.items()
         if key not in previous
     ]
+
+    # Rows of one command, such as types at a wall or sizes of a type, get one line where one number serves. Lines of
+    # one command begin alike: "pair_coeff 1 2", "fix ID group".
+    groups: dict[object, list[int]] = {}
+    for i, row in enumerate(rows):
+        if row.answer.instead:
+            lines = (row.contact.common_lines_with or row.contact.lines_with)(row.answer.instead)
+            groups.setdefault((id(row.run), *(tuple(line.split()[:3]) for line in lines)), []).append(i)
+    for numbers in groups.values():
+        group = [rows[i] for i in numbers]
+        for i, row in zip(numbers, _with_one_line(group, native, to_si, epsilon or 0.0), strict=True):
+            rows[i] = row
+    return rows
+
+
+def _with_one_line(rows: list[DeckRow], native: Native, to_si: FileUnits, epsilon: float) -> list[DeckRow]:
+    """Return rows of one command with one line, if one number gives all of them the wanted `epsilon`; else `rows`.
+
+    It does if the mean eps of each row differs from `epsilon` by less than the printed digits, or by less than half of
+    its range over where in a step contact begins, which may be up to `SPREAD`. `native` is the program's contact, and
+    `to_si` makes SI numbers of those of the file.
+    """
+    first = rows[0].contact
+    contacts = [contact for contact in rows[0].run.contacts if contact.line == first.line]
+    # A line for all contacts needs a number of all: a contact without one, or with other lines, has no row here.
+    if first.common_lines_with and not {*map(id, contacts)} <= {id(row.contact) for row in rows}:
+        return rows
+    # The number of the row in the middle, by eps.
+    middle = sorted(rows, key=lambda row: row.answer.with_weight.epsilon)[len(rows) // 2]
+    instead = middle.answer.instead or {}
+    lines = [(row.contact.common_lines_with or row.contact.lines_with)(instead) for row in rows]
+    if len(rows) == 1 or len({*lines}) > 1:
+        return rows
+    one_line_rows = []
+    for row in rows:
+        settings, impact = {**row.contact.settings, **instead}, row.impact.in_units(to_si)
+        collision = delivery(native, settings, impact, weight_is_known=True).collision
+        spread = min(collision.largest - collision.least, SPREAD)
+        if abs(collision.epsilon - epsilon) > max(SAME, spread / 2):
+            return rows
+        answer = row.answer._replace(instead=instead)
+        one_line_rows.append(row._replace(answer=answer, lines=lines[0], reached=collision.epsilon))
+    return one_line_rows

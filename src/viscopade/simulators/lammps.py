@@ -33,6 +33,7 @@ Other dampings, at commit 07b704c, with the elastic force F:
   sqrt(5) zeta for `hertz`, zeta the damping ratio for contact that ends at x = 0. Both are exact.
 - `GranSubModDampingTsuji::init`: the same c, damp a polynomial in e of degree 6, which Marshall (2009) fitted to
   the figure of Tsuji, Tanaka and Ishida (1992). Since 2026 it is multiplied by sqrt(2), as Tsuji's mass is not m_eff.
+  A file does not say its release: tsuji is taken to be that of 22 Jul 2025, the newest one that pip installs.
 - `GranSubModDampingMassVelocity`: c = eta_n0 m_eff. People take eta_n0 from Silbert et al. (2001), which is the linear
   spring-dashpot contact that ends at x = 0.
 
@@ -60,6 +61,7 @@ from viscopade.collision.spheres import Pair, Sphere
 from viscopade.generated import harmless
 from viscopade.simulators import native
 from viscopade.simulators.adhesion import LAMMPS_NORMALS, lammps_contact
+from viscopade.simulators.deck import TSUJI_2026
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -336,8 +338,8 @@ UNITS = {
     "nano": native.FileUnits("nm", "ag", "ns", 1e-9, 1e-21, 1e-9),
 }
 _KAPPA_FROM_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
-    "tsuji": (tsuji_fit,) * 2,
-    "tsuji (22 Jul 2025)": (marshall,) * 2,
+    "tsuji": (marshall,) * 2,
+    TSUJI_2026: (tsuji_fit,) * 2,
     "coeff_restitution": (linear_kappa, tsuji_kappa),
 }
 """Dampings that take an eps, and their kappa for hooke and hertz."""
@@ -453,9 +455,11 @@ def _damped(values: native.Values, damping: float, impact: native.Impact) -> dic
     return {"coefficients": ((stiffness, unit_force.damping_number(damping, impact), *rest),) * 2}
 
 
-def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
+def _warnings(values: native.Values, impact: native.Impact) -> Iterator[str]:
     if values["damping"] == "tsuji":
-        yield "Releases up to 22 Jul 2025 damp less, by sqrt(2): damping = tsuji (22 Jul 2025)"
+        newer = native.program_collision(_NATIVE, native.Values({**values, "damping": TSUJI_2026}), impact)
+        release = "tsuji is that of LAMMPS 22 Jul 2025, which pip installs. Releases with the factor sqrt(2) of 2026"
+        yield f'{release} give eps = {newer.epsilon:.4f}: --set "damping={TSUJI_2026}"'
 
 
 # Lines of an input: the words of a contact, and how LAMMPS mixes those of two types.
@@ -827,14 +831,14 @@ SIMULATOR = Simulator(
             ("0", "1"),
             _SOURCE,
             (
-                "hertz, tsuji (22 Jul 2025)",
+                "hertz, tsuji",
                 TSUJI_RETURN,
                 marshall,
                 "normalisation",
-                "The damping lacks the factor √2 between the mass of Tsuji et al. and the effective mass.",
+                "Releases up to 22 Jul 2025 lack the factor √2 between Tsuji's mass and the effective mass.",
             ),
-            ("hertz, tsuji", TSUJI_RETURN, tsuji_fit, "approximate formula"),
-            ("hertz, tsuji, limit_damping", TSUJI, tsuji_fit, "other end"),
+            ("hertz, tsuji (2026)", TSUJI_RETURN, tsuji_fit, "approximate formula"),
+            ("hertz, tsuji (2026), limit_damping", TSUJI, tsuji_fit, "other end"),
         ),
         *formulas(
             "eta_n0 sqrt(m_eff/k)",

@@ -27,7 +27,17 @@ from typing import NamedTuple
 
 from viscopade import files
 from viscopade.simulators import lammps, lammps_spheres, liggghts
-from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckOptions, DeckRun, Line, Size
+from viscopade.simulators.deck import (
+    INCLINED,
+    TSUJI_2026,
+    Deck,
+    DeckContact,
+    DeckOptions,
+    DeckRun,
+    Line,
+    LinesWith,
+    Size,
+)
 from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line, type_range
 from viscopade.simulators.lammps_spheres import UNKNOWN, Spheres
 from viscopade.simulators.lammps_variables import MissingValue, Variables, commands
@@ -66,10 +76,12 @@ class _State:
 
     `styles` are the contacts of a pair_style by its name, or by the names of its sub-styles; None for one that is no
     contact of spheres. `coefficients` are lines by the types of both bodies, and by the style for hybrid/overlay. A
-    group is the types that it has, or None if they are not known. A region is the words of its line from its style on.
+    group is the types that it has, or None if they are not known; the program changes the atoms of a dynamic one. A
+    region is the words of its line from its style on.
     """
 
     units: str = "lj"
+    has_units: bool = False
     step: float | None = None
     atom_style: str = ""
     dimension: str = "3"
@@ -79,6 +91,7 @@ class _State:
     coefficients: dict[tuple[range, range, str], _Coefficients] = field(default_factory=dict)
     fixes: dict[str, _Fix] = field(default_factory=dict)
     groups: dict[str, tuple[range, ...] | None] = field(default_factory=lambda: {"all": (type_range("*"),)})
+    dynamic_groups: set[str] = field(default_factory=set)
     regions: dict[str, list[str]] = field(default_factory=dict)
     has_lattice: bool = False
     spheres: Spheres = field(default_factory=Spheres)
@@ -342,7 +355,7 @@ class _Reader:
     def do_units(self, words: list[str]) -> None:
         if words[1] not in lammps.UNITS:
             raise ValueError(f"units is {words[1]!r}: expected {', '.join(lammps.UNITS)}")
-        self.state.units, self.state.step = words[1], None
+        self.state.units, self.state.has_units, self.state.step = words[1], True, None
 
     def do_timestep(self, words: list[str]) -> None:
         self.state.step = self.number(words[1])
@@ -370,6 +383,7 @@ class _Reader:
         if old_types is not None and style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
             types = (*old_types, *map(type_range, rest))
         self.state.groups[name] = types
+        self.state.dynamic_groups |= {name} if style == "dynamic" else set()
 
     # Contacts.
 
@@ -441,6 +455,8 @@ class _Reader:
                     self.state.spheres.add(number, grain)
                     if grain == UNKNOWN:
                         self.warnings[f"fix {style} ({self.place}): its sizes are not read; {lammps.RIGID}"] = None
+                    elif style == "pour" and "dens" not in words and str(number) not in self.options.densities:
+                        self.warnings[f"fix pour ({self.place}) has no dens: the default density is 1"] = None
         elif not style.startswith(lammps.SILENT_FIXES):
             self.unread.setdefault(f"fix {style}", self.line)
 
@@ -549,8 +565,14 @@ class _Reader:
             self.runs.append(DeckRun(line, step, acceleration, contacts))
         if len(self.runs) > _MOST_RUNS:
             raise ValueError(f"more than {_MOST_RUNS} runs differ: expected fewer")
+        if not state.has_units:
+            self.warnings["the file has no units: the default is lj"] = None
         if state.step is None:
             self.warnings[f"the file has no timestep: the default of units {state.units} is {step:g}"] = None
+        for number, grains in state.spheres.grains.items():
+            if lammps_spheres.DEFAULT in grains and str(number) not in self.options.densities:
+                diameter = "diameter 1 and " * (str(number) not in self.options.radii)
+                self.warnings[f"spheres of type {number} have the default {diameter}density 1"] = None
         if len(self.gravity) > 1:
             self.warnings[f"of {len(self.gravity)} fixes gravity the last counts"] = None
 
@@ -572,12 +594,32 @@ class _Reader:
             walls = {name: 0} if isinstance(fix.contact, GranularLine) else {}
             if isinstance(fix.contact, ModelLine):
                 walls = liggghts.surfaces(fix.words, state.fix_words)
+            if walls:
+                self.warn_of_holes(fix, name, touching)
             for number, (wall, wall_type) in itertools.product(touching, walls.items()):
-                contact = fix.contact
+                contact, common_lines_with = fix.contact, None
                 if isinstance(contact, GranularLine) and len(touching) > 1:
-                    contact = contact.at_wall(number)
+                    contact, common_lines_with = contact.at_wall(number), contact.lines_with
                 types = number, wall_type
-                yield types, self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, types, [])
+                row = self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, types, [])
+                yield types, replace(row, common_lines_with=common_lines_with)
+
+    def warn_of_holes(self, wall: _Fix, name: str, touching: Sequence[int]) -> None:
+        """Warn of spheres that are poured into another group than that of a wall: they fall through it.
+
+        The wall is the fix called `name`, and `touching` are the types in its group.
+        """
+        group = wall.words[2]
+        if group == "all" or group in self.state.dynamic_groups:
+            return
+        for line, words, _ in self.state.fixes.values():
+            if words[3].startswith(("pour", "deposit", "insert/")) and words[2] != group:
+                grains = lammps_spheres.inserted_grains(words, self.state.fix_words, self.number)
+                types = sorted({number for number, _ in grains} & {0, *touching})
+                place = f"fix {words[1]} ({line.file.name}:{line.number}) pours into {words[2]}"
+                for number in types:
+                    spheres = f"spheres{f' of type {number}' * bool(number)} that come after the command group {group}"
+                    self.warnings[f"{place}: {spheres} fall through the wall {name}"] = None
 
     @staticmethod
     def merge_walls(contacts: Iterable[tuple[tuple[int, int], DeckContact]]) -> tuple[DeckContact, ...]:
@@ -593,16 +635,22 @@ class _Reader:
             facts = (*sorted(contact.settings.items()),), contact.sizes, contact.falls, contact.reason, contact.marks
             groups.setdefault((types, facts) if is_wall else contact.name, []).append(contact)
 
-        def lines_with(walls: list[DeckContact], settings: Mapping[str, str]) -> tuple[str, ...]:
+        def lines_with(functions: list[LinesWith], settings: Mapping[str, str]) -> tuple[str, ...]:
             """Return the lines of all walls with other parameters, each line once."""
-            return tuple(dict.fromkeys(line for wall in walls for line in wall.lines_with(settings)))
+            return tuple(dict.fromkeys(line for function in functions for line in function(settings)))
+
+        def common(walls: list[DeckContact]) -> LinesWith | None:
+            """Return `common_lines_with` of all walls; None if one has none."""
+            functions = [wall.common_lines_with for wall in walls if wall.common_lines_with]
+            return partial(lines_with, functions) if len(functions) == len(walls) else None
 
         return tuple(
             replace(
                 first,
                 name=", ".join((first.name, *(wall.name.partition(" - wall ")[2] for wall in others))),
                 count=1 + len(others),
-                lines_with=partial(lines_with, [first, *others]),
+                lines_with=partial(lines_with, [wall.lines_with for wall in (first, *others)]),
+                common_lines_with=common([first, *others]),
             )
             if others
             else first
@@ -681,6 +729,8 @@ class _Reader:
             settings = full_line.settings if full_line else {}
             if isinstance(full_line, GranularLine):
                 settings["units"] = state.units
+                if self.options.tsuji_is_new and settings["damping"] == "tsuji":
+                    settings["damping"] = TSUJI_2026
                 if self.is_liggghts:
                     raise OtherModel("its style is one of LAMMPS")
         except OtherModel as error:

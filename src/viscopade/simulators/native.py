@@ -45,8 +45,8 @@ _MOST_STEPS = 5000
 # With more steps in a contact no longer one is suggested: with 500 eps differs over the phases by at most 0.002
 # (measured for all formulas of the audit), a tenth of `SPREAD`.
 _RESOLVED = 500
-# Difference of two eps that count as one: eps is printed with four decimals.
-_SAME = 1e-4
+SAME = 1e-4
+"""Difference of two eps that count as one: eps is printed with four decimals."""
 SPREAD = 0.02
 """Range of eps over where in a step contact begins, above which a longer contact is suggested; chosen by hand."""
 
@@ -737,6 +737,7 @@ def delivery(
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
     collision, falling = program_collision(native, values, file_impact), None
     duration = contact_time(native, values, file_impact)
+    warnings += energy_warnings(collision, file_impact.step)
 
     # Weight counts from g t_c/v = 0.02 (`COUNTS`) on: then eps of a body that falls on a plane is computed, too. In
     # units of unknown size, such as LAMMPS's lj, g = 9.81 m/s^2 is no number.
@@ -746,7 +747,7 @@ def delivery(
         with suppress(ValueError):  # too strong a damping
             heavy = program_collision(native, values, replace(file_impact, gravity=gravity))
             # Weight alone costs nothing: without damping eps is 1 with it, too.
-            falling = heavy if abs(heavy.epsilon - collision.epsilon) > _SAME else None
+            falling = heavy if abs(heavy.epsilon - collision.epsilon) > SAME else None
         if falling is not None:
             result = f"{falling.epsilon:.4f}" if falling.parts else "0, as it does not leave the plane"
             words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
@@ -806,7 +807,7 @@ def _texts_instead(
         # decide on which side of the jump it is: so the eps of the texts themselves is computed.
         written = {name: native.parameters_by_name[name].value(text) for name, text in instead.items()}
         reached = native.contact(Values({**values, **written}), file_impact).collide(**stepping)
-        if abs(reached.epsilon - epsilon) > _SAME:
+        if abs(reached.epsilon - epsilon) > SAME:
             warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
         if longer_contact:
             range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
@@ -836,6 +837,13 @@ def _in_steps(native: Native, values: Values, file_impact: Impact) -> tuple[Impa
     few = f"A contact has {steps:.2g} time steps only"
     long = f"A time step is {1 / steps:.2g} contacts long"
     return file_impact, [f"{few if steps >= 1 else long}: eps depends on where in a step contact begins"]
+
+
+def energy_warnings(collision: SampledCollision, step: float | None) -> list[str]:
+    """Return a warning if the bodies gain energy by a time step `step`; of half of `SPREAD` at some phases none."""
+    if step is None or (collision.epsilon <= 1 + SAME and collision.largest <= 1 + SPREAD / 2):
+        return []
+    return [f"eps is up to {collision.largest:.4g}, above 1: the bodies gain energy, as the time step is too long"]
 
 
 def program_collision(native: Native, values: Values, file_impact: Impact) -> SampledCollision:

@@ -50,7 +50,7 @@ CURVES: Mapping[str, tuple[str, str, str, Look]] = {
         "hooke, coeff_restitution, limit_damping",
         Look(BLUE),
     ),
-    "half-mass": ("made for half the mass", "lammps", "hertz, tsuji (22 Jul 2025)", Look(ORANGE, DASHED)),
+    "half-mass": ("made for half the mass", "lammps", "hertz, tsuji", Look(ORANGE, DASHED)),
     "both": ("both", "yade", "ViscElPhys, tc, en, et, at a wall", Look(VERMILION, DASH_DOT)),
     "reverse": ("made for end force 0", "lammps", "hertz, viscoelastic", Look(PURPLE)),
 }

@@ -365,7 +365,7 @@ def lammps_written(formula: DampingFormula, parameter: float) -> Written:
     `parameter` is the formula's own, an eps or a kappa.
     """
     stiffness, root = 1e8, math.sqrt(RADIUS)  # any stiffness: all of eps is in scaled numbers
-    normal, damping, *limited = formula.name.removesuffix(" (22 Jul 2025)").split(", ")
+    normal, damping, *limited = formula.name.split(", ")
     k = stiffness * (root if normal == "hertz" else 1)  # of k x^a, where Hertz' force is stiffness sqrt(R_eff) x^(3/2)
     # c and eta from kappa (docs/theory/mathematics.md, section 2): kappa = c k^(-1/2) of a spring, and of viscoelastic
     # spheres eta sqrt(R) k^(-3/5), both for m = v = 1.
@@ -1126,7 +1126,7 @@ PROGRAMS = {
         lammps_epsilons,
         lammps_decks,
         lammps_written,
-        frozenset({"hertz, tsuji", "hertz, tsuji, limit_damping"}),
+        frozenset({"hertz, tsuji (2026)", "hertz, tsuji (2026), limit_damping"}),
     ),
     "liggghts": Program(liggghts_version, liggghts_epsilons, liggghts_decks, liggghts_written),
     "mujoco": Program(lambda: package_version("mujoco"), mujoco_epsilons, mujoco_decks, mujoco_written),
