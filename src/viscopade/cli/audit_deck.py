@@ -243,7 +243,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
             sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
         lines = row.contact.lines_with(row.answer.instead) if row.answer.instead else ()
         if lines:
-            weight, place = " with weight" if row.impact.gravity else "", _position(lines, row.contact.line, deck)
+            weight = " with weight, the column falling," if row.answer.falling else ""
+            place = _position(lines, row.contact.line, deck)
             replacements.setdefault((weight, place, lines), []).append(i)
     for (kind, _), texts in sentences.items():
         i, text = next(iter(texts.items()))
@@ -269,7 +270,13 @@ def _position(lines: Sequence[str], line: Line, deck: Deck) -> str:
     """Return where in a file `lines`, which are to be written, belong; `line` of the `deck` is that of the contact."""
     command = lines[-1].split()[0]
     if command.startswith("<"):
-        return {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}.get(command, "")
+        places = {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}
+        # A second <pair> of the same geoms would act beside the first.
+        if command == "<pair" and line.text.startswith("<pair"):
+            places[command] = " in <contact> instead of the <pair> of the same geoms"
+            if line.number and len(lines) == 1:
+                return f" instead of the <pair> in line {_place(line, deck)}"
+        return places.get(command, "")
     # "fix ID all property/global …": the fix of this name, and not the line of the contact.
     if "property/global" in lines[-1]:
         return f" instead of {' '.join(lines[-1].split()[:2])}"

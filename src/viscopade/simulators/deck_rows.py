@@ -28,7 +28,7 @@ class Answer(NamedTuple):
         Duration of the undamped contact, in the unit of the file; None for an impulse, or if the bodies do not part
         without damping.
     sticking_speed : float or None
-        Speed below which adhering bodies stay together.
+        Speed below which bodies stay together, by adhesion or by the weight; None if it is not known.
     depth : float
         The largest overlap, in the units of the file.
     instead : mapping of str to str or None
@@ -123,7 +123,11 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         time = None if result.contact_time is None else result.contact_time * result.units.seconds / units.seconds
         sticking_speed = result.sticking and result.sticking.speed
         depth = result.collision.depth * result.units.metres / units.metres
-        return Answer(collision, falling, time, sticking_speed, depth, result.instead, result.warnings)
+        warnings = result.warnings
+        if falling is not None and not falling.parts:
+            below = "" if sticking_speed is None else f" below {sticking_speed:.3g} {result.units.speed}"
+            warnings = (*warnings, f"With its weight the body stays down{below}: falling is 0")
+        return Answer(collision, falling, time, sticking_speed, depth, result.instead, warnings)
 
     # A contact without a number, or without sizes, has one row, with two bodies of which nothing is known.
     unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)

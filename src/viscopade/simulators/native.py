@@ -27,12 +27,13 @@ from viscopade.collision.contact import (
     SampledCollision,
     damping_factor,
     phase_range,
-    resolving_factor,
+    resolved,
+    sticking_speed,
 )
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.simulators.formula import DampingFormula
-from viscopade.simulators.setup import Units
+from viscopade.simulators.setup import Units, with_two_digits
 from viscopade.theory.law import Law
 
 # Time steps in an undamped contact, below which a warning says that eps depends on where in a step contact begins: the
@@ -42,13 +43,10 @@ _FEW_STEPS = 2
 # semi-implicit Euler's method and 9e-4 with implicit Euler's (measured for all formulas of the audit, eps from 0.1 to
 # 0.9).
 _MOST_STEPS = 5000
-# With more steps in a contact no longer one is suggested: with 500 eps differs over the phases by at most 0.002
-# (measured for all formulas of the audit), a tenth of `SPREAD`.
-_RESOLVED = 500
 # Difference of two eps that count as one: eps is printed with four decimals.
 _SAME = 1e-4
 SPREAD = 0.02
-"""Range of eps over where in a step contact begins, above which a longer contact is suggested; chosen by hand."""
+"""Range of eps over where in a step contact begins, above which a shorter step is suggested; chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -594,7 +592,8 @@ class Native:
         for name in settings:
             if name not in parameters:
                 summaries = "; ".join(parameter.summary for parameter in parameters.values())
-                raise ValueError(f"there is no parameter {name!r}: expected {summaries}")
+                near = arguments.suggestion(name, parameters)  # ": did you mean …?", or "" if no name looks like it
+                raise ValueError(f"there is no parameter {name!r}{near or f': expected {summaries}'}")
 
         # Defaults of the program, replaced by what the file sets. Some units depend on the integrator.
         texts = {name: parameter.default for name, parameter in parameters.items() if parameter.default is not None}
@@ -678,7 +677,8 @@ class Delivery:
     contact_time : float or None
         That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
     sticking : Sticking or None
-        The speed below which bodies stay together, and what adhesion costs; None where neither is known.
+        The speed below which bodies stay together, and what adhesion costs; None where neither is known. That of bodies
+        which the weight keeps together is known only if they stay at the speed of the impact.
     """
 
     values: Values
@@ -735,22 +735,24 @@ def delivery(
     warnings = [*native.warnings(values, file_impact), *step_warnings]
 
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
+    contact = native.contact(values, file_impact)
     collision, falling = program_collision(native, values, file_impact), None
     duration = contact_time(native, values, file_impact)
 
     # Weight counts from g t_c/v = 0.02 (`COUNTS`) on: then eps of a body that falls on a plane is computed, too. In
     # units of unknown size, such as LAMMPS's lj, g = 9.81 m/s^2 is no number.
+    # An impulse has no t_c, and weight acts on it in each time step.
     gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
-    ratio = gravity * (duration or 0.0) / file_impact.speed
-    if not (file_impact.gravity or weight_is_known) and ratio >= COUNTS:
+    ratio, is_impulse = gravity * (duration or 0.0) / file_impact.speed, isinstance(contact, Impulse)
+    if not (file_impact.gravity or weight_is_known) and (ratio >= COUNTS or (is_impulse and gravity)):
         with suppress(ValueError):  # too strong a damping
             heavy = program_collision(native, values, replace(file_impact, gravity=gravity))
             # Weight alone costs nothing: without damping eps is 1 with it, too.
             falling = heavy if abs(heavy.epsilon - collision.epsilon) > _SAME else None
         if falling is not None:
             result = f"{falling.epsilon:.4f}" if falling.parts else "0, as it does not leave the plane"
-            words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
-            warnings.append(f"Without weight. {words}: --gravity 9.81")
+            words = "eps" if is_impulse else f"g t_c/v = {ratio:.2g}, and eps"
+            warnings.append(f"Without weight. A body that falls on a plane has {words} = {result}: --gravity 9.81")
 
     # What to write instead: the damping with which the mean eps of the program is the wanted one.
     instead = None
@@ -760,15 +762,19 @@ def delivery(
         instead, damping_warnings = _texts_instead(native, values, file_impact, epsilon, duration)
         warnings += damping_warnings
 
-    # The speed below which bodies stay together; an impulse has no neck, whose energy is 0.
+    # The speed below which bodies stay together: by a threshold of an impulse, by adhesion, or by the weight. Only
+    # adhesion has a neck, which costs an energy.
     def contact_of_speed(speed: float) -> Any:
         return native.contact(values, replace(file_impact, speed=speed))
 
-    if isinstance(contact := contact_of_speed(file_impact.speed), Impulse):
-        sticking_speed = contact.sticking_speed()
-        sticking = None if sticking_speed is None else Sticking(sticking_speed, 0.0)
+    if isinstance(contact, Impulse):
+        slowest = contact.sticking_speed()
+        sticking = None if slowest is None else Sticking(slowest, 0.0)
     else:
         sticking = adhesion.sticking(contact_of_speed, file_impact.speed)
+        if file_impact.gravity and not collision.parts and sticking is None:
+            slowest = _slowest_rebound(native, values, file_impact)
+            sticking = None if slowest is None else Sticking(slowest, 0.0)
     stepped = file_impact.step is not None
     return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, sticking)
 
@@ -782,38 +788,77 @@ def _texts_instead(
     undamped contact time, None if there is none.
     """
     units, scheme = native.units(values), native.schemes[values[native.integrator]] or SEMI_IMPLICIT
-    stepping: Any = {"speed": file_impact.speed, "step": file_impact.step, "scheme": scheme}
     instead, warnings = None, list[str]()
 
-    def contact_with_damping(c: float) -> Any:
-        return native.contact(Values({**values, **native.with_damping(values, c, file_impact)}), file_impact)
+    def damped(impact: Impact, near: float) -> tuple[float, SampledCollision]:
+        """Return the damping c that gives eps with the step of an impact, and its collision; searches begin at near."""
 
-    # The contact time with which eps depends little on where in a step contact begins. Searches for the damping c start
-    # at 1, which is of the order of eps = 0.5.
-    longer_contact = ""
-    if file_impact.step is not None and duration is not None and duration < _RESOLVED * file_impact.step:
-        factor = resolving_factor(contact_with_damping, epsilon, 1.0, SPREAD, **stepping)
-        if factor is not None and factor > 1:
-            longer_contact = (
-                f"; if contacts last {factor * duration:.2g} {units.time} without damping, and not {duration:.2g} "
-                f"{units.time}, its range is below {SPREAD:g}"
-            )
+        def contact_with_damping(c: float) -> Any:
+            return native.contact(Values({**values, **native.with_damping(values, c, impact)}), impact)
+
+        stepping: Any = {"speed": impact.speed, "step": impact.step, "scheme": scheme}
+        c = damping_factor(contact_with_damping, epsilon, near, **stepping)
+        return c, contact_with_damping(c).collide(**stepping)
+
+    def shorter_step() -> str:
+        """Return the option with a step in which eps depends little on where in it contact begins, in words, or ""."""
+        if (step := file_impact.step) is None or duration is None:
+            return ""
+        near = 1.0
+
+        def collision(factor: float) -> SampledCollision:
+            """Return the collision in steps that are shorter by a factor; each search begins at the last damping."""
+            nonlocal near
+            shorter = with_two_digits(step / factor, math.floor)
+            if duration / shorter > _MOST_STEPS:
+                raise ValueError("the step is as good as none")
+            near, sampled = damped(replace(file_impact, step=shorter), near)
+            return sampled
+
+        factor = resolved(collision, SPREAD)
+        if factor is None:
+            return ""
+        # Where the units have no size a plain number is in them.
+        shorter = f"{with_two_digits(step / factor, math.floor):.2g}"
+        typed = shorter if units.unsized else f'"{shorter} {units.time}"'
+        return f"; with a shorter step, --time-step {typed}, its range is below {SPREAD:g}"
+
+    # Searches for the damping c start at 1, which is of the order of eps = 0.5.
+    try:
+        c, _ = damped(file_impact, 1.0)
+    except ValueError as error:
+        return None, [f"No damping gives {epsilon:g}: {error}{shorter_step()}"]
+    instead = native.texts(native.with_damping(values, c, file_impact))
+    # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written decide
+    # on which side of the jump it is: so the eps of the texts themselves is computed.
+    written = {name: native.parameters_by_name[name].value(text) for name, text in instead.items()}
+    reached = program_collision(native, Values({**values, **written}), file_impact)
+    if abs(reached.epsilon - epsilon) > _SAME:
+        warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
+    if reached.largest - reached.least > SPREAD and (way := shorter_step()):
+        warnings.append(f"With {epsilon:g} on average, eps is {reached.least:.4f} to {reached.largest:.4f}{way}")
+    return instead, warnings
+
+
+def _slowest_rebound(native: Native, values: Values, file_impact: Impact) -> float | None:
+    """Return the speed below which bodies do not part, from an impact whose bodies do not; None if none is found.
+
+    The weight keeps a slow body down, in time steps wherever in a step contact begins.
+    """
+    scheme = native.schemes[values[native.integrator]] or SEMI_IMPLICIT
+
+    def parts(factor: float) -> bool:
+        impact = replace(file_impact, speed=factor * file_impact.speed)
+        # 64 phases are enough to know whether bodies part: the range over all phases takes long.
+        phases = None if impact.step is None else PHASES
+        return (
+            native.contact(values, impact).collide(impact.speed, step=impact.step, scheme=scheme, phases=phases).parts
+        )
 
     try:
-        c = damping_factor(contact_with_damping, epsilon, 1.0, **stepping)
-        instead = native.texts(native.with_damping(values, c, file_impact))
-        # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
-        # decide on which side of the jump it is: so the eps of the texts themselves is computed.
-        written = {name: native.parameters_by_name[name].value(text) for name, text in instead.items()}
-        reached = native.contact(Values({**values, **written}), file_impact).collide(**stepping)
-        if abs(reached.epsilon - epsilon) > _SAME:
-            warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
-        if longer_contact:
-            range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
-            warnings.append(f"With {epsilon:g} on average, eps is {range_text}{longer_contact}")
-    except ValueError as error:
-        warnings.append(f"No damping gives {epsilon:g}: {error}{longer_contact}")
-    return instead, warnings
+        return sticking_speed(parts, file_impact.speed)
+    except ValueError:  # some speed in the search is too fast for an integration
+        return None
 
 
 def _in_steps(native: Native, values: Values, file_impact: Impact) -> tuple[Impact, list[str]]:
