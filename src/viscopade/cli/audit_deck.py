@@ -238,6 +238,10 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     replacements: dict[tuple[str, str, tuple[str, ...]], list[int]] = {}
     for i, row in numbered:
         reasons = [f"no number: {row.answer.reason}"] if row.answer.reason else []
+        if row.stays_down:
+            slowest = row.answer.sticking_speed
+            below = "" if slowest is None else f" below {slowest:.3g} {units.speed}"
+            reasons.append(f"with its weight the body stays down{below}, and falling is 0")
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
         for kind, text in ((kind, text) for kind, texts in kinds.items() for text in texts):
             sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
@@ -314,6 +318,8 @@ def _columns(i: int, row: DeckRow, deck: Deck) -> dict[str, str]:
     fields, contact, units = _fields(row), row.contact, deck.units
     if row.impact.step is None:  # then there is no range over phases
         fields |= {"least": None, "largest": None}
+    if row.stays_down:  # a sentence has this speed
+        fields |= {"sticking_speed": None}
     typed = contact.name.startswith("type ")
     pairs = f" ({contact.count} pairs)" if contact.count > 1 else ""
     return {

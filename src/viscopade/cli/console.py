@@ -206,8 +206,8 @@ class Quantity(_Number):
         """
         from viscopade import quantity
 
-        # A plain number is in SI units already, and so is a plain fraction, 1/60. Other texts have a unit; None says that
-        # the unit does not fit.
+        # A plain number is in SI units already, and so is a plain fraction, 1/60. Other texts have a unit; None says
+        # that the unit does not fit.
         unit, example = quantity.DIMENSIONS[self.dimension]
         try:
             arguments.exact_number(name, value, "", lambda _: True)

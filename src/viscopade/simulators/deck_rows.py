@@ -76,6 +76,11 @@ class DeckRow(NamedTuple):
         return None if time is None or step is None else time / step
 
     @property
+    def stays_down(self) -> bool:
+        """Whether the weight keeps the body down."""
+        return self.answer.falling is not None and not self.answer.falling.parts
+
+    @property
     def g_t_c_over_v(self) -> float | None:
         """Gravity times the undamped contact time over the speed; None without weight."""
         time, gravity = self.answer.contact_time, self.impact.gravity
@@ -122,12 +127,10 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         # its file are.
         time = None if result.contact_time is None else result.contact_time * result.units.seconds / units.seconds
         sticking_speed = result.sticking and result.sticking.speed
+        if sticking_speed is not None:
+            sticking_speed *= result.units.metres / units.metres * units.seconds / result.units.seconds
         depth = result.collision.depth * result.units.metres / units.metres
-        warnings = result.warnings
-        if falling is not None and not falling.parts:
-            below = "" if sticking_speed is None else f" below {sticking_speed:.3g} {result.units.speed}"
-            warnings = (*warnings, f"With its weight the body stays down{below}: falling is 0")
-        return Answer(collision, falling, time, sticking_speed, depth, result.instead, warnings)
+        return Answer(collision, falling, time, sticking_speed, depth, result.instead, result.warnings)
 
     # A contact without a number, or without sizes, has one row, with two bodies of which nothing is known.
     unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
