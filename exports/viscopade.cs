@@ -10,18 +10,18 @@
 // End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 // to 0.
 //
-// Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 // Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
-// function                                         range                       error, double           error, float, name + _f32
-// Viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// Viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// Viscopade.Dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
-// Viscopade.Restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// Viscopade.Rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// Viscopade.Dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.84e-5 r (1.63e-4 <= v* <= 4060)
-// Viscopade.Restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-// Viscopade.Rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-// Viscopade.Dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
+// function                                         range                       error, double             error, float, name + _f32
+// Viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// Viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// Viscopade.Dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                  2.24e-4 r (1.63e-4 <= v* <= 4060)
+// Viscopade.Restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// Viscopade.Rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// Viscopade.Dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r                 1.84e-5 r (1.63e-4 <= v* <= 4060)
+// Viscopade.Restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+// Viscopade.Rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+// Viscopade.Dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                  -
 // Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
 // Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -36,7 +36,7 @@ public const string Version = "1.0.0.dev0";
 public const int VersionNumber = 10000; // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 // as computed, are normal numbers.
 public static double Restitution_compact_1em3(double speed, double beta)
 {
@@ -70,7 +70,7 @@ public static double Restitution_compact_1em3(double speed, double beta)
 }
 
 // eps.
-// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+// Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 // 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 public static float Restitution_compact_1em3_f32(float speed, float beta)
 {
@@ -104,8 +104,8 @@ public static float Restitution_compact_1em3_f32(float speed, float beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+// Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+// eps and the result, as computed, are normal numbers.
 public static double Rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -138,7 +138,7 @@ public static double Rebound_compact_1em3(double speed, double beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+// Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 // 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 // numbers.
 public static float Rebound_compact_1em3_f32(float speed, float beta)
@@ -243,7 +243,7 @@ public static float Dissipation_compact_1em3_f32(float speed, float beta)
 }
 
 // eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 // as computed, are normal numbers.
 public static double Restitution_compact_1em5(double speed, double beta)
 {
@@ -280,7 +280,7 @@ public static double Restitution_compact_1em5(double speed, double beta)
 }
 
 // eps.
-// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+// Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 // 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 public static float Restitution_compact_1em5_f32(float speed, float beta)
 {
@@ -317,8 +317,8 @@ public static float Restitution_compact_1em5_f32(float speed, float beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+// Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+// eps and the result, as computed, are normal numbers.
 public static double Rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -354,7 +354,7 @@ public static double Rebound_compact_1em5(double speed, double beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+// Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 // 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 // numbers.
 public static float Rebound_compact_1em5_f32(float speed, float beta)
@@ -468,7 +468,7 @@ public static float Dissipation_compact_1em5_f32(float speed, float beta)
 }
 
 // eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 // as computed, are normal numbers.
 public static double Restitution_compact_1em7(double speed, double beta)
 {
@@ -510,8 +510,8 @@ public static double Restitution_compact_1em7(double speed, double beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+// Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+// eps and the result, as computed, are normal numbers.
 public static double Rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;

@@ -11,23 +11,23 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
  * to 0.
  *
- * Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+ * Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
  * Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
- * function                                         range                       error, double           error, float (host and device), name + f
- * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
- * viscopade_restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.84e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
- * viscopade_rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
- * viscopade_dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
- * viscopade_effective_modulus(E1, nu1, E2, nu2)    positive                    not proven              not proven
- * viscopade_effective_radius(R1, R2)               positive                    not proven              not proven
- * viscopade_effective_mass(m1, m2)                 positive                    not proven              not proven
- * viscopade_rho(E_eff, R_eff)                      positive                    not proven              not proven
- * viscopade_beta(A, rho, m_eff)                    positive                    not proven              not proven
+ * function                                         range                       error, double             error, float (host and device), name + f
+ * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                  2.24e-4 r (1.63e-4 <= v* <= 4060)
+ * viscopade_restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r                 1.84e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+ * viscopade_rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+ * viscopade_dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                  -
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)    positive                    not proven                not proven
+ * viscopade_effective_radius(R1, R2)               positive                    not proven                not proven
+ * viscopade_effective_mass(m1, m2)                 positive                    not proven                not proven
+ * viscopade_rho(E_eff, R_eff)                      positive                    not proven                not proven
+ * viscopade_beta(A, rho, m_eff)                    positive                    not proven                not proven
  * Of arrays on the device: viscopade_launch<viscopade_KERNEL::FUNCTION>(n, speed, beta, out, stream), with beta as
  * viscopade_beta(beta), viscopade_beta_by_pair(pair, beta) or viscopade_beta_each(beta); without a host compiler
  * (NVRTC) viscopade_apply, as docs/reference/languages.md shows. Other names are private, and may change.
@@ -368,10 +368,10 @@ VISCOPADE_KERNEL(0xdf61ac26)
 
 /*
  * eps.
- * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
  * as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.09e-4 /* min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -404,12 +404,12 @@ VISCOPADE_CALLED(restitution, compact_1em3, double, viscopade_restitution_compac
 
 /*
  * eps.
- * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+ * Error on the host <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
- * Error on the device <= 2.09e-4 m + 8.91e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
+ * Error on the device <= 2.09e-4 min + 8.91e-6 r for 0.001 <= v* <= 10; 2.09e-4 min + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* min + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -443,10 +443,10 @@ VISCOPADE_CALLED(restitution, compact_1em3, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
- * and the result, as computed, are normal numbers.
+ * Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+ * eps and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
+#define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.09e-4 /* min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -479,14 +479,14 @@ VISCOPADE_CALLED(rebound, compact_1em3, double, viscopade_rebound_compact_1em3)
 
 /*
  * eps speed, the speed after the collision.
- * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+ * Error on the host <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
- * Error on the device <= 2.09e-4 m + 9.01e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
+ * Error on the device <= 2.09e-4 min + 9.01e-6 r for 0.001 <= v* <= 10; 2.09e-4 min + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
+#define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.09e-4 /* min + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -614,10 +614,10 @@ VISCOPADE_KERNEL(0x0fdb34a6)
 
 /*
  * eps.
- * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
  * as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.36e-6 /* min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -653,12 +653,12 @@ VISCOPADE_CALLED(restitution, compact_1em5, double, viscopade_restitution_compac
 
 /*
  * eps.
- * Error on the host <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+ * Error on the host <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
- * Error on the device <= 3.36e-6 m + 9.11e-6 r for 0.001 <= v* <= 10; 3.36e-6 m + 1.81e-5 r for
+ * Error on the device <= 3.36e-6 min + 9.11e-6 r for 0.001 <= v* <= 10; 3.36e-6 min + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.36e-6 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.36e-6 /* min + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -695,10 +695,10 @@ VISCOPADE_CALLED(restitution, compact_1em5, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
- * and the result, as computed, are normal numbers.
+ * Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+ * eps and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
+#define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.36e-6 /* min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -734,14 +734,14 @@ VISCOPADE_CALLED(rebound, compact_1em5, double, viscopade_rebound_compact_1em5)
 
 /*
  * eps speed, the speed after the collision.
- * Error on the host <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+ * Error on the host <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
- * Error on the device <= 3.36e-6 m + 9.11e-6 r for 0.001 <= v* <= 10; 3.36e-6 m + 1.81e-5 r for
+ * Error on the device <= 3.36e-6 min + 9.11e-6 r for 0.001 <= v* <= 10; 3.36e-6 min + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.36e-6 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
+#define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.36e-6 /* min + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -878,10 +878,10 @@ VISCOPADE_KERNEL(0x57b247c3)
 
 /*
  * eps.
- * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
  * as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.79e-8 /* min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -922,10 +922,10 @@ VISCOPADE_CALLED(restitution, compact_1em7, double, viscopade_restitution_compac
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
- * and the result, as computed, are normal numbers.
+ * Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+ * eps and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
+#define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.79e-8 /* min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);

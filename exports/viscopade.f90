@@ -10,18 +10,18 @@
 ! End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 ! to 0.
 !
-! Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+! Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 ! Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
-! function                               range                       error, double           error, float
-! restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-! rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-! dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
-! restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-! rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-! dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.84e-5 r (1.63e-4 <= v* <= 4060)
-! restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-! rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-! dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
+! function                               range                       error, double             error, float
+! restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+! rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+! dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                  2.24e-4 r (1.63e-4 <= v* <= 4060)
+! restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+! rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+! dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r                 1.84e-5 r (1.63e-4 <= v* <= 4060)
+! restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+! rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+! dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                  -
 ! Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 !
 ! Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -79,7 +79,7 @@ public :: dissipation_compact_1em7
 contains
 
 ! eps.
-! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 ! as computed, are normal numbers.
 pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
@@ -115,7 +115,7 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
 end function
 
 ! eps.
-! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+! Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 ! 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
@@ -151,8 +151,8 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-! and the result, as computed, are normal numbers.
+! Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+! eps and the result, as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -187,7 +187,7 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+! Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 ! 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 ! numbers.
 pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) result(value)
@@ -298,7 +298,7 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 ! as computed, are normal numbers.
 pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
@@ -337,7 +337,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+! Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 ! 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
@@ -376,8 +376,8 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-! and the result, as computed, are normal numbers.
+! Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+! eps and the result, as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -415,7 +415,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+! Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 ! 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 ! numbers.
 pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) result(value)
@@ -535,7 +535,7 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps.
-! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 ! as computed, are normal numbers.
 pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
@@ -579,8 +579,8 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-! and the result, as computed, are normal numbers.
+! Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+! eps and the result, as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta

@@ -10,17 +10,17 @@
 // End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 // to 0.
 //
-// Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 // Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                         range                       error, double
-// viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
-// viscopade.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
+// viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r
+// viscopade.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r
 // viscopade.dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r
-// viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r
-// viscopade.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r
+// viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r
+// viscopade.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r
 // viscopade.dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r
-// viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r
-// viscopade.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r
+// viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r
+// viscopade.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r
 // viscopade.dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r
 // Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
@@ -37,7 +37,7 @@ const VERSION = "1.0.0.dev0";
 const VERSION_NUMBER = 10000; // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 // as computed, are normal numbers.
 function restitution_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
@@ -72,8 +72,8 @@ function restitution_compact_1em3(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+// Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+// eps and the result, as computed, are normal numbers.
 function rebound_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -143,7 +143,7 @@ function dissipation_compact_1em3(speed, beta) {
 }
 
 // eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 // as computed, are normal numbers.
 function restitution_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
@@ -181,8 +181,8 @@ function restitution_compact_1em5(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+// Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+// eps and the result, as computed, are normal numbers.
 function rebound_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -258,7 +258,7 @@ function dissipation_compact_1em5(speed, beta) {
 }
 
 // eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 // as computed, are normal numbers.
 function restitution_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
@@ -301,8 +301,8 @@ function restitution_compact_1em7(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-// and the result, as computed, are normal numbers.
+// Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+// eps and the result, as computed, are normal numbers.
 function rebound_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;

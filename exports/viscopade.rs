@@ -10,18 +10,18 @@
 // End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 // to 0.
 //
-// Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 // Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
-// function                                          range                       error, double           error, float, name + _f32
-// viscopade::restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
-// viscopade::restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.84e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-// viscopade::rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-// viscopade::dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
+// function                                          range                       error, double             error, float, name + _f32
+// viscopade::restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                  2.24e-4 r (1.63e-4 <= v* <= 4060)
+// viscopade::restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r                 1.84e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+// viscopade::rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+// viscopade::dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                  -
 // Without std (crate num-traits, feature libm): mod viscopade { use num_traits::Float; include!("viscopade.rs"); }
 // Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
@@ -39,7 +39,7 @@ pub const VERSION: &str = "1.0.0.dev0";
 pub const VERSION_NUMBER: u32 = 10000;
 
 /// eps.
-/// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+/// Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 /// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
@@ -72,7 +72,7 @@ pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
 }
 
 /// eps.
-/// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+/// Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 /// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
@@ -105,8 +105,8 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 /// eps speed, the speed after the collision.
-/// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-/// and the result, as computed, are normal numbers.
+/// Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+/// eps and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -138,7 +138,7 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
 }
 
 /// eps speed, the speed after the collision.
-/// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+/// Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 /// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 /// numbers.
 #[allow(dead_code)]
@@ -240,7 +240,7 @@ pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 /// eps.
-/// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+/// Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 /// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
@@ -276,7 +276,7 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 /// eps.
-/// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+/// Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 /// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
@@ -312,8 +312,8 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 /// eps speed, the speed after the collision.
-/// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-/// and the result, as computed, are normal numbers.
+/// Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+/// eps and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -348,7 +348,7 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 /// eps speed, the speed after the collision.
-/// Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+/// Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 /// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 /// numbers.
 #[allow(dead_code)]
@@ -459,7 +459,7 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 /// eps.
-/// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+/// Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 /// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
@@ -500,8 +500,8 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 /// eps speed, the speed after the collision.
-/// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-/// and the result, as computed, are normal numbers.
+/// Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+/// eps and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;

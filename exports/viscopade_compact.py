@@ -10,17 +10,17 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 # to 0.
 #
-# Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+# Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 # Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 # function                                                 range                       error, double
-# viscopade_compact.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
-# viscopade_compact.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
+# viscopade_compact.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r
+# viscopade_compact.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r
 # viscopade_compact.dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r
-# viscopade_compact.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r
-# viscopade_compact.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r
+# viscopade_compact.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r
+# viscopade_compact.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r
 # viscopade_compact.dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r
-# viscopade_compact.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r
-# viscopade_compact.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r
+# viscopade_compact.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r
+# viscopade_compact.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r
 # viscopade_compact.dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
@@ -37,7 +37,7 @@ VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 # as computed, are normal numbers.
 def restitution_compact_1em3(speed: float, beta: float) -> float:
     """Return eps."""
@@ -68,8 +68,8 @@ def restitution_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-# and the result, as computed, are normal numbers.
+# Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+# eps and the result, as computed, are normal numbers.
 def rebound_compact_1em3(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -131,7 +131,7 @@ def dissipation_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 # as computed, are normal numbers.
 def restitution_compact_1em5(speed: float, beta: float) -> float:
     """Return eps."""
@@ -165,8 +165,8 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-# and the result, as computed, are normal numbers.
+# Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+# eps and the result, as computed, are normal numbers.
 def rebound_compact_1em5(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -234,7 +234,7 @@ def dissipation_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 # as computed, are normal numbers.
 def restitution_compact_1em7(speed: float, beta: float) -> float:
     """Return eps."""
@@ -273,8 +273,8 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-# and the result, as computed, are normal numbers.
+# Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+# eps and the result, as computed, are normal numbers.
 def rebound_compact_1em7(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333

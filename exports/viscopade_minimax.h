@@ -11,19 +11,19 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
  * to 0.
  *
- * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
- * function                                            range                                   error, double           error, float, name + f
- * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r   9.87e-4 m + 5e-7 r
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r  9.9e-4 m + 5.01e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
- * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r   2.84e-6 m + 8.9e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r  5.2e-6 m + 8.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
- * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.4e-15 r   -
- * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.44e-15 r  -
- * viscopade_effective_modulus(E1, nu1, E2, nu2)       positive                                not proven              not proven
- * viscopade_effective_radius(R1, R2)                  positive                                not proven              not proven
- * viscopade_effective_mass(m1, m2)                    positive                                not proven              not proven
- * viscopade_rho(E_eff, R_eff)                         positive                                not proven              not proven
- * viscopade_beta(A, rho, m_eff)                       positive                                not proven              not proven
+ * Bounds of |error| below: min = min(eps, 1 - eps); r = |result|.
+ * function                                            range                                   error, double             error, float, name + f
+ * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 min + 8.8e-16 r   9.87e-4 min + 5e-7 r
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 min + 5.92e-15 r  9.9e-4 min + 5.01e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 min + 1.6e-15 r   2.84e-6 min + 8.9e-7 r
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 min + 6.64e-15 r  5.2e-6 min + 8.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 min + 2.4e-15 r   -
+ * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 min + 7.44e-15 r  -
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)       positive                                not proven                not proven
+ * viscopade_effective_radius(R1, R2)                  positive                                not proven                not proven
+ * viscopade_effective_mass(m1, m2)                    positive                                not proven                not proven
+ * viscopade_rho(E_eff, R_eff)                         positive                                not proven                not proven
+ * viscopade_beta(A, rho, m_eff)                       positive                                not proven                not proven
  * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -231,9 +231,9 @@ VISCOPADE_KERNEL(0x3a298f5b)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 8.8e-16 r for v* <= 5.
+ * Error <= 9.87e-4 min + 8.8e-16 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 8.8e-16 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* min + 8.8e-16 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -255,9 +255,9 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 5e-7 r for v* <= 5.
+ * Error <= 9.87e-4 min + 5e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERRORF 9.87e-4 /* m + 5e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERRORF 9.87e-4 /* min + 5e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -279,10 +279,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 1.86e-14 r for v* <= 4.99999; 9.87e-4 m + 5.92e-15 r for v* <= 4.99999,
+ * Error <= 9.87e-4 min + 1.86e-14 r for v* <= 4.99999; 9.87e-4 min + 5.92e-15 r for v* <= 4.99999,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 5.92e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* min + 5.92e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -308,10 +308,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 
 /*
  * eps.
- * Error <= 9.9e-4 m + 5.01e-7 r for v* <= 4.99998; 9.9e-4 m + 5.01e-7 r for v* <= 4.99998,
+ * Error <= 9.9e-4 min + 5.01e-7 r for v* <= 4.99998; 9.9e-4 min + 5.01e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 5.01e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* min + 5.01e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -348,9 +348,9 @@ VISCOPADE_KERNEL(0x742c7c94)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 1.6e-15 r for v* <= 5.
+ * Error <= 2.84e-6 min + 1.6e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 1.6e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* min + 1.6e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -378,9 +378,9 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 8.9e-7 r for v* <= 5.
+ * Error <= 2.84e-6 min + 8.9e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.84e-6 /* m + 8.9e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.84e-6 /* min + 8.9e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -408,10 +408,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 1.93e-14 r for v* <= 4.99999; 2.84e-6 m + 6.64e-15 r for v* <= 4.99999,
+ * Error <= 2.84e-6 min + 1.93e-14 r for v* <= 4.99999; 2.84e-6 min + 6.64e-15 r for v* <= 4.99999,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 6.64e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* min + 6.64e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -443,10 +443,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, doub
 
 /*
  * eps.
- * Error <= 5.38e-6 m + 8.91e-7 r for v* <= 4.99998; 5.2e-6 m + 8.91e-7 r for v* <= 4.99998,
+ * Error <= 5.38e-6 min + 8.91e-7 r for v* <= 4.99998; 5.2e-6 min + 8.91e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.2e-6 /* m + 8.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.2e-6 /* min + 8.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -489,9 +489,9 @@ VISCOPADE_KERNEL(0x491f867c)
 
 /*
  * eps.
- * Error <= 3.06e-9 m + 2.4e-15 r for v* <= 5.
+ * Error <= 3.06e-9 min + 2.4e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 2.4e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* min + 2.4e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -525,10 +525,10 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 
 /*
  * eps.
- * Error <= 3.06e-9 m + 2.01e-14 r for v* <= 4.99999; 3.06e-9 m + 7.44e-15 r for v* <= 4.99999,
+ * Error <= 3.06e-9 min + 2.01e-14 r for v* <= 4.99999; 3.06e-9 min + 7.44e-15 r for v* <= 4.99999,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 7.44e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* min + 7.44e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);

@@ -10,14 +10,14 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 # to 0.
 #
-# Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
+# Bounds of |error| below: min = min(eps, 1 - eps); r = |result|.
 # function                                                    range                                   error, double
-# viscopade_minimax.epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r
-# viscopade_minimax.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r
-# viscopade_minimax.epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r
-# viscopade_minimax.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r
-# viscopade_minimax.epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.4e-15 r
-# viscopade_minimax.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.44e-15 r
+# viscopade_minimax.epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 min + 8.8e-16 r
+# viscopade_minimax.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 min + 5.92e-15 r
+# viscopade_minimax.epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 min + 1.6e-15 r
+# viscopade_minimax.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 min + 6.64e-15 r
+# viscopade_minimax.epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 min + 2.4e-15 r
+# viscopade_minimax.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 min + 7.44e-15 r
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -33,7 +33,7 @@ VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 9.87e-4 m + 8.8e-16 r for v* <= 5.
+# Error <= 9.87e-4 min + 8.8e-16 r for v* <= 5.
 def epsilon_minimax_v5_1em3(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -52,7 +52,7 @@ def epsilon_minimax_v5_1em3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 9.87e-4 m + 1.86e-14 r for v* <= 4.99999; 9.87e-4 m + 5.92e-15 r for v* <= 4.99999,
+# Error <= 9.87e-4 min + 1.86e-14 r for v* <= 4.99999; 9.87e-4 min + 5.92e-15 r for v* <= 4.99999,
 # 1e-30 <= speed <= 1e+30.
 def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
     """Return eps."""
@@ -75,7 +75,7 @@ def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 2.84e-6 m + 1.6e-15 r for v* <= 5.
+# Error <= 2.84e-6 min + 1.6e-15 r for v* <= 5.
 def epsilon_minimax_v5_1em5(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -100,7 +100,7 @@ def epsilon_minimax_v5_1em5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 2.84e-6 m + 1.93e-14 r for v* <= 4.99999; 2.84e-6 m + 6.64e-15 r for v* <= 4.99999,
+# Error <= 2.84e-6 min + 1.93e-14 r for v* <= 4.99999; 2.84e-6 min + 6.64e-15 r for v* <= 4.99999,
 # 1e-30 <= speed <= 1e+30.
 def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
     """Return eps."""
@@ -129,7 +129,7 @@ def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 3.06e-9 m + 2.4e-15 r for v* <= 5.
+# Error <= 3.06e-9 min + 2.4e-15 r for v* <= 5.
 def epsilon_minimax_v5_1em8(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -160,7 +160,7 @@ def epsilon_minimax_v5_1em8(v_star: float) -> float:
 
 
 # eps.
-# Error <= 3.06e-9 m + 2.01e-14 r for v* <= 4.99999; 3.06e-9 m + 7.44e-15 r for v* <= 4.99999,
+# Error <= 3.06e-9 min + 2.01e-14 r for v* <= 4.99999; 3.06e-9 min + 7.44e-15 r for v* <= 4.99999,
 # 1e-30 <= speed <= 1e+30.
 def restitution_minimax_v5_1em8(speed: float, beta: float) -> float:
     """Return eps."""

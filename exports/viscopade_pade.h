@@ -11,21 +11,21 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
  * to 0.
  *
- * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
- * function                                       range     error, double         error, float, name + f
- * viscopade_epsilon_pade_0_3(v_star)             v* <= 5   4.68 m + 2.4e-15 r    4.68 m + 1.4e-6 r
- * viscopade_restitution_pade_0_3(speed, beta)    v* <= 5   4.68 m + 3.34e-13 r   4.68 m + 4.88e-5 r
- * viscopade_epsilon_pade_1_4(v_star)             v* <= 5   0.357 m + 1.4e-15 r   0.357 m + 7.3e-7 r
- * viscopade_restitution_pade_1_4(speed, beta)    v* <= 5   0.357 m + 3.04e-14 r  0.357 m + 4.88e-6 r
- * viscopade_epsilon_pade_2_5(v_star)             v* <= 5   0.785 m + 4e-15 r     0.785 m + 1.9e-6 r
- * viscopade_restitution_pade_2_5(speed, beta)    v* <= 5   0.785 m + 1.81e-13 r  0.785 m + 2.72e-5 r
- * viscopade_epsilon_pade_3_6(v_star)             v* <= 5   0.064 m + 1.7e-15 r   0.064 m + 9.3e-7 r
- * viscopade_restitution_pade_3_6(speed, beta)    v* <= 5   0.064 m + 2.06e-14 r  0.064 m + 3.63e-6 r
- * viscopade_effective_modulus(E1, nu1, E2, nu2)  positive  not proven            not proven
- * viscopade_effective_radius(R1, R2)             positive  not proven            not proven
- * viscopade_effective_mass(m1, m2)               positive  not proven            not proven
- * viscopade_rho(E_eff, R_eff)                    positive  not proven            not proven
- * viscopade_beta(A, rho, m_eff)                  positive  not proven            not proven
+ * Bounds of |error| below: min = min(eps, 1 - eps); r = |result|.
+ * function                                       range     error, double           error, float, name + f
+ * viscopade_epsilon_pade_0_3(v_star)             v* <= 5   4.68 min + 2.4e-15 r    4.68 min + 1.4e-6 r
+ * viscopade_restitution_pade_0_3(speed, beta)    v* <= 5   4.68 min + 3.34e-13 r   4.68 min + 4.88e-5 r
+ * viscopade_epsilon_pade_1_4(v_star)             v* <= 5   0.357 min + 1.4e-15 r   0.357 min + 7.3e-7 r
+ * viscopade_restitution_pade_1_4(speed, beta)    v* <= 5   0.357 min + 3.04e-14 r  0.357 min + 4.88e-6 r
+ * viscopade_epsilon_pade_2_5(v_star)             v* <= 5   0.785 min + 4e-15 r     0.785 min + 1.9e-6 r
+ * viscopade_restitution_pade_2_5(speed, beta)    v* <= 5   0.785 min + 1.81e-13 r  0.785 min + 2.72e-5 r
+ * viscopade_epsilon_pade_3_6(v_star)             v* <= 5   0.064 min + 1.7e-15 r   0.064 min + 9.3e-7 r
+ * viscopade_restitution_pade_3_6(speed, beta)    v* <= 5   0.064 min + 2.06e-14 r  0.064 min + 3.63e-6 r
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)  positive  not proven              not proven
+ * viscopade_effective_radius(R1, R2)             positive  not proven              not proven
+ * viscopade_effective_mass(m1, m2)               positive  not proven              not proven
+ * viscopade_rho(E_eff, R_eff)                    positive  not proven              not proven
+ * viscopade_beta(A, rho, m_eff)                  positive  not proven              not proven
  * Other names are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -233,10 +233,10 @@ VISCOPADE_KERNEL(0x750779d2)
 
 /*
  * eps.
- * Error <= 0.0673 m + 2.4e-15 r for v* <= 0.5; 0.179 m + 2.4e-15 r for v* <= 1; 0.916 m + 2.4e-15 r
- * for v* <= 2; 4.68 m + 2.4e-15 r for v* <= 5.
+ * Error <= 0.0673 min + 2.4e-15 r for v* <= 0.5; 0.179 min + 2.4e-15 r for v* <= 1; 0.916
+ * min + 2.4e-15 r for v* <= 2; 4.68 min + 2.4e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_0_3_ERROR 4.68 /* m + 2.4e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_0_3_ERROR 4.68 /* min + 2.4e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_pade_0_3(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -260,10 +260,10 @@ VISCOPADE_INLINE double viscopade_epsilon_pade_0_3(double v_star)
 
 /*
  * eps.
- * Error <= 0.0673 m + 1.4e-6 r for v* <= 0.5; 0.179 m + 1.4e-6 r for v* <= 1; 0.916 m + 1.4e-6 r for
- * v* <= 2; 4.68 m + 1.4e-6 r for v* <= 5.
+ * Error <= 0.0673 min + 1.4e-6 r for v* <= 0.5; 0.179 min + 1.4e-6 r for v* <= 1; 0.916 min + 1.4e-6 r
+ * for v* <= 2; 4.68 min + 1.4e-6 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_0_3_ERRORF 4.68 /* m + 1.4e-6 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_0_3_ERRORF 4.68 /* min + 1.4e-6 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_pade_0_3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -287,12 +287,13 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_0_3f(float v_star)
 
 /*
  * eps.
- * Error <= 0.0673 m + 7.78e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.13e-14 r for
- * v* <= 0.5; 0.179 m + 8.34e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 m + 2.33e-14 r for
- * v* <= 1; 0.916 m + 1.21e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 m + 3.63e-14 r for
- * v* <= 2; 4.68 m + 9.66e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 m + 3.34e-13 r for v* <= 5.
+ * Error <= 0.0673 min + 7.78e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 min + 2.13e-14 r for
+ * v* <= 0.5; 0.179 min + 8.34e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 min + 2.33e-14 r for
+ * v* <= 1; 0.916 min + 1.21e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 min + 3.63e-14 r for
+ * v* <= 2; 4.68 min + 9.66e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 min + 3.34e-13 r for
+ * v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_0_3_ERROR 4.68 /* m + 3.34e-13 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_0_3_ERROR 4.68 /* min + 3.34e-13 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_0_3(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -320,12 +321,13 @@ VISCOPADE_INLINE double viscopade_restitution_pade_0_3(double speed, double beta
 
 /*
  * eps.
- * Error <= 0.0673 m + 3.92e-6 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 m + 4.11e-6 r for
- * v* <= 0.5; 0.179 m + 4.18e-6 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 m + 4.39e-6 r for
- * v* <= 1; 0.916 m + 5.91e-6 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 m + 6.26e-6 r for v* <= 2;
- * 4.68 m + 4.55e-5 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 m + 4.88e-5 r for v* <= 5.
+ * Error <= 0.0673 min + 3.92e-6 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 min + 4.11e-6 r for
+ * v* <= 0.5; 0.179 min + 4.18e-6 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 min + 4.39e-6 r for
+ * v* <= 1; 0.916 min + 5.91e-6 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 min + 6.26e-6 r for
+ * v* <= 2; 4.68 min + 4.55e-5 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 min + 4.88e-5 r for
+ * v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_0_3_ERRORF 4.68 /* m + 4.88e-5 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_0_3_ERRORF 4.68 /* min + 4.88e-5 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_0_3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -364,10 +366,10 @@ VISCOPADE_KERNEL(0x913a6603)
 
 /*
  * eps.
- * Error <= 0.00185 m + 1.4e-15 r for v* <= 0.5; 0.0122 m + 1.4e-15 r for v* <= 1; 0.0899 m + 1.4e-15 r
- * for v* <= 2; 0.357 m + 1.4e-15 r for v* <= 5.
+ * Error <= 0.00185 min + 1.4e-15 r for v* <= 0.5; 0.0122 min + 1.4e-15 r for v* <= 1; 0.0899
+ * min + 1.4e-15 r for v* <= 2; 0.357 min + 1.4e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_1_4_ERROR 0.357 /* m + 1.4e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_1_4_ERROR 0.357 /* min + 1.4e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_pade_1_4(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -395,10 +397,10 @@ VISCOPADE_INLINE double viscopade_epsilon_pade_1_4(double v_star)
 
 /*
  * eps.
- * Error <= 0.00185 m + 7.3e-7 r for v* <= 0.5; 0.0122 m + 7.3e-7 r for v* <= 1; 0.0899 m + 7.3e-7 r
- * for v* <= 2; 0.357 m + 7.3e-7 r for v* <= 5.
+ * Error <= 0.00185 min + 7.3e-7 r for v* <= 0.5; 0.0122 min + 7.3e-7 r for v* <= 1; 0.0899
+ * min + 7.3e-7 r for v* <= 2; 0.357 min + 7.3e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_1_4_ERRORF 0.357 /* m + 7.3e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_1_4_ERRORF 0.357 /* min + 7.3e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_pade_1_4f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -426,13 +428,13 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_1_4f(float v_star)
 
 /*
  * eps.
- * Error <= 0.00185 m + 6.45e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.92e-14 r for
- * v* <= 0.5; 0.0122 m + 6.5e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.0122 m + 1.93e-14 r for
- * v* <= 1; 0.0899 m + 6.89e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0899 m + 2.07e-14 r for
- * v* <= 2; 0.357 m + 9.64e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 m + 3.04e-14 r for
+ * Error <= 0.00185 min + 6.45e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.00185 min + 1.92e-14 r
+ * for v* <= 0.5; 0.0122 min + 6.5e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.0122 min + 1.93e-14 r
+ * for v* <= 1; 0.0899 min + 6.89e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0899 min + 2.07e-14 r
+ * for v* <= 2; 0.357 min + 9.64e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 min + 3.04e-14 r for
  * v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_1_4_ERROR 0.357 /* m + 3.04e-14 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_1_4_ERROR 0.357 /* min + 3.04e-14 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_1_4(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -464,12 +466,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_1_4(double speed, double beta
 
 /*
  * eps.
- * Error <= 0.00186 m + 7.31e-7 r for v* <= 0.5; 0.0122 m + 3.12e-6 r for v* <= 1,
- * 1e-30 <= speed <= 1e+30; 0.0122 m + 3.3e-6 r for v* <= 1; 0.0899 m + 3.3e-6 r for v* <= 2,
- * 1e-30 <= speed <= 1e+30; 0.0899 m + 3.49e-6 r for v* <= 2; 0.357 m + 4.58e-6 r for v* <= 5,
- * 1e-30 <= speed <= 1e+30; 0.357 m + 4.88e-6 r for v* <= 5.
+ * Error <= 0.00186 min + 7.31e-7 r for v* <= 0.5; 0.0122 min + 3.12e-6 r for v* <= 1,
+ * 1e-30 <= speed <= 1e+30; 0.0122 min + 3.3e-6 r for v* <= 1; 0.0899 min + 3.3e-6 r for v* <= 2,
+ * 1e-30 <= speed <= 1e+30; 0.0899 min + 3.49e-6 r for v* <= 2; 0.357 min + 4.58e-6 r for v* <= 5,
+ * 1e-30 <= speed <= 1e+30; 0.357 min + 4.88e-6 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_1_4_ERRORF 0.357 /* m + 4.88e-6 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_1_4_ERRORF 0.357 /* min + 4.88e-6 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_1_4f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -512,10 +514,10 @@ VISCOPADE_KERNEL(0x8d64300a)
 
 /*
  * eps.
- * Error <= 1.47e-4 m + 4e-15 r for v* <= 0.5; 0.00313 m + 4e-15 r for v* <= 1; 0.0665 m + 4e-15 r for
- * v* <= 2; 0.785 m + 4e-15 r for v* <= 5.
+ * Error <= 1.47e-4 min + 4e-15 r for v* <= 0.5; 0.00313 min + 4e-15 r for v* <= 1; 0.0665 min + 4e-15
+ * r for v* <= 2; 0.785 min + 4e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_2_5_ERROR 0.785 /* m + 4e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_2_5_ERROR 0.785 /* min + 4e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_pade_2_5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -540,10 +542,10 @@ VISCOPADE_INLINE double viscopade_epsilon_pade_2_5(double v_star)
 
 /*
  * eps.
- * Error <= 1.47e-4 m + 1.9e-6 r for v* <= 0.5; 0.00313 m + 1.9e-6 r for v* <= 1; 0.0665 m + 1.9e-6 r
- * for v* <= 2; 0.785 m + 1.9e-6 r for v* <= 5.
+ * Error <= 1.47e-4 min + 1.9e-6 r for v* <= 0.5; 0.00313 min + 1.9e-6 r for v* <= 1; 0.0665
+ * min + 1.9e-6 r for v* <= 2; 0.785 min + 1.9e-6 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_2_5_ERRORF 0.785 /* m + 1.9e-6 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_2_5_ERRORF 0.785 /* min + 1.9e-6 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_pade_2_5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -568,13 +570,13 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_2_5f(float v_star)
 
 /*
  * eps.
- * Error <= 1.47e-4 m + 9.04e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.17e-14 r for
- * v* <= 0.5; 0.00313 m + 9.05e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.00313 m + 2.18e-14 r for
- * v* <= 1; 0.0665 m + 9.37e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0665 m + 2.29e-14 r for
- * v* <= 2; 0.785 m + 5.43e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 m + 1.81e-13 r for
+ * Error <= 1.47e-4 min + 9.04e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 1.47e-4 min + 2.17e-14 r
+ * for v* <= 0.5; 0.00313 min + 9.05e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.00313 min + 2.18e-14
+ * r for v* <= 1; 0.0665 min + 9.37e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0665 min + 2.29e-14 r
+ * for v* <= 2; 0.785 min + 5.43e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 min + 1.81e-13 r for
  * v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_2_5_ERROR 0.785 /* m + 1.81e-13 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_2_5_ERROR 0.785 /* min + 1.81e-13 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_2_5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -603,12 +605,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_2_5(double speed, double beta
 
 /*
  * eps.
- * Error <= 1.5e-4 m + 1.91e-6 r for v* <= 0.5; 0.00313 m + 4.27e-6 r for v* <= 1,
- * 1e-30 <= speed <= 1e+30; 0.00313 m + 4.44e-6 r for v* <= 1; 0.0665 m + 4.41e-6 r for v* <= 2,
- * 1e-30 <= speed <= 1e+30; 0.0665 m + 4.6e-6 r for v* <= 2; 0.785 m + 2.54e-5 r for v* <= 5,
- * 1e-30 <= speed <= 1e+30; 0.785 m + 2.72e-5 r for v* <= 5.
+ * Error <= 1.5e-4 min + 1.91e-6 r for v* <= 0.5; 0.00313 min + 4.27e-6 r for v* <= 1,
+ * 1e-30 <= speed <= 1e+30; 0.00313 min + 4.44e-6 r for v* <= 1; 0.0665 min + 4.41e-6 r for v* <= 2,
+ * 1e-30 <= speed <= 1e+30; 0.0665 min + 4.6e-6 r for v* <= 2; 0.785 min + 2.54e-5 r for v* <= 5,
+ * 1e-30 <= speed <= 1e+30; 0.785 min + 2.72e-5 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_2_5_ERRORF 0.785 /* m + 2.72e-5 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_2_5_ERRORF 0.785 /* min + 2.72e-5 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_2_5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -648,10 +650,10 @@ VISCOPADE_KERNEL(0xf9d69d5c)
 
 /*
  * eps.
- * Error <= 5.47e-6 m + 1.7e-15 r for v* <= 0.5; 2.6e-4 m + 1.7e-15 r for v* <= 1; 0.00659 m + 1.7e-15
- * r for v* <= 2; 0.064 m + 1.7e-15 r for v* <= 5.
+ * Error <= 5.47e-6 min + 1.7e-15 r for v* <= 0.5; 2.6e-4 min + 1.7e-15 r for v* <= 1; 0.00659
+ * min + 1.7e-15 r for v* <= 2; 0.064 min + 1.7e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_3_6_ERROR 0.064 /* m + 1.7e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_3_6_ERROR 0.064 /* min + 1.7e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_pade_3_6(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -684,10 +686,10 @@ VISCOPADE_INLINE double viscopade_epsilon_pade_3_6(double v_star)
 
 /*
  * eps.
- * Error <= 5.47e-6 m + 9.3e-7 r for v* <= 0.5; 2.6e-4 m + 9.3e-7 r for v* <= 1; 0.00659 m + 9.3e-7 r
- * for v* <= 2; 0.064 m + 9.3e-7 r for v* <= 5.
+ * Error <= 5.47e-6 min + 9.3e-7 r for v* <= 0.5; 2.6e-4 min + 9.3e-7 r for v* <= 1; 0.00659
+ * min + 9.3e-7 r for v* <= 2; 0.064 min + 9.3e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_PADE_3_6_ERRORF 0.064 /* m + 9.3e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_PADE_3_6_ERRORF 0.064 /* min + 9.3e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_pade_3_6f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -720,13 +722,13 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_3_6f(float v_star)
 
 /*
  * eps.
- * Error <= 5.47e-6 m + 6.74e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.94e-14 r for
- * v* <= 0.5; 2.6e-4 m + 6.74e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 2.6e-4 m + 1.94e-14 r for
- * v* <= 1; 0.00659 m + 6.77e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.00659 m + 1.95e-14 r for
- * v* <= 2; 0.064 m + 7.06e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.064 m + 2.06e-14 r for
+ * Error <= 5.47e-6 min + 6.74e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 5.47e-6 min + 1.94e-14 r
+ * for v* <= 0.5; 2.6e-4 min + 6.74e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 2.6e-4 min + 1.94e-14 r
+ * for v* <= 1; 0.00659 min + 6.77e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.00659 min + 1.95e-14 r
+ * for v* <= 2; 0.064 min + 7.06e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.064 min + 2.06e-14 r for
  * v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_3_6_ERROR 0.064 /* m + 2.06e-14 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_3_6_ERROR 0.064 /* min + 2.06e-14 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_3_6(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -763,12 +765,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_3_6(double speed, double beta
 
 /*
  * eps.
- * Error <= 7.83e-6 m + 9.31e-7 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 8.01e-6 m + 9.31e-7 r for
- * v* <= 0.5; 2.63e-4 m + 9.31e-7 r for v* <= 1; 0.00659 m + 3.3e-6 r for v* <= 2,
- * 1e-30 <= speed <= 1e+30; 0.00659 m + 3.48e-6 r for v* <= 2; 0.064 m + 3.44e-6 r for v* <= 5,
- * 1e-30 <= speed <= 1e+30; 0.064 m + 3.63e-6 r for v* <= 5.
+ * Error <= 7.83e-6 min + 9.31e-7 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 8.01e-6 min + 9.31e-7 r for
+ * v* <= 0.5; 2.63e-4 min + 9.31e-7 r for v* <= 1; 0.00659 min + 3.3e-6 r for v* <= 2,
+ * 1e-30 <= speed <= 1e+30; 0.00659 min + 3.48e-6 r for v* <= 2; 0.064 min + 3.44e-6 r for v* <= 5,
+ * 1e-30 <= speed <= 1e+30; 0.064 min + 3.63e-6 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_3_6_ERRORF 0.064 /* m + 3.63e-6 r for v* <= 5 */
+#define VISCOPADE_RESTITUTION_PADE_3_6_ERRORF 0.064 /* min + 3.63e-6 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_3_6f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);

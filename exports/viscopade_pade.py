@@ -10,16 +10,16 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 # to 0.
 #
-# Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
+# Bounds of |error| below: min = min(eps, 1 - eps); r = |result|.
 # function                                          range    error, double
-# viscopade_pade.epsilon_pade_0_3(v_star)           v* <= 5  4.68 m + 2.4e-15 r
-# viscopade_pade.restitution_pade_0_3(speed, beta)  v* <= 5  4.68 m + 3.34e-13 r
-# viscopade_pade.epsilon_pade_1_4(v_star)           v* <= 5  0.357 m + 1.4e-15 r
-# viscopade_pade.restitution_pade_1_4(speed, beta)  v* <= 5  0.357 m + 3.04e-14 r
-# viscopade_pade.epsilon_pade_2_5(v_star)           v* <= 5  0.785 m + 4e-15 r
-# viscopade_pade.restitution_pade_2_5(speed, beta)  v* <= 5  0.785 m + 1.81e-13 r
-# viscopade_pade.epsilon_pade_3_6(v_star)           v* <= 5  0.064 m + 1.7e-15 r
-# viscopade_pade.restitution_pade_3_6(speed, beta)  v* <= 5  0.064 m + 2.06e-14 r
+# viscopade_pade.epsilon_pade_0_3(v_star)           v* <= 5  4.68 min + 2.4e-15 r
+# viscopade_pade.restitution_pade_0_3(speed, beta)  v* <= 5  4.68 min + 3.34e-13 r
+# viscopade_pade.epsilon_pade_1_4(v_star)           v* <= 5  0.357 min + 1.4e-15 r
+# viscopade_pade.restitution_pade_1_4(speed, beta)  v* <= 5  0.357 min + 3.04e-14 r
+# viscopade_pade.epsilon_pade_2_5(v_star)           v* <= 5  0.785 min + 4e-15 r
+# viscopade_pade.restitution_pade_2_5(speed, beta)  v* <= 5  0.785 min + 1.81e-13 r
+# viscopade_pade.epsilon_pade_3_6(v_star)           v* <= 5  0.064 min + 1.7e-15 r
+# viscopade_pade.restitution_pade_3_6(speed, beta)  v* <= 5  0.064 min + 2.06e-14 r
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -35,8 +35,8 @@ VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 0.0673 m + 2.4e-15 r for v* <= 0.5; 0.179 m + 2.4e-15 r for v* <= 1; 0.916 m + 2.4e-15 r
-# for v* <= 2; 4.68 m + 2.4e-15 r for v* <= 5.
+# Error <= 0.0673 min + 2.4e-15 r for v* <= 0.5; 0.179 min + 2.4e-15 r for v* <= 1; 0.916
+# min + 2.4e-15 r for v* <= 2; 4.68 min + 2.4e-15 r for v* <= 5.
 def epsilon_pade_0_3(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -56,10 +56,11 @@ def epsilon_pade_0_3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.0673 m + 7.78e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.13e-14 r for
-# v* <= 0.5; 0.179 m + 8.34e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 m + 2.33e-14 r for
-# v* <= 1; 0.916 m + 1.21e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 m + 3.63e-14 r for
-# v* <= 2; 4.68 m + 9.66e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 m + 3.34e-13 r for v* <= 5.
+# Error <= 0.0673 min + 7.78e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 min + 2.13e-14 r for
+# v* <= 0.5; 0.179 min + 8.34e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 min + 2.33e-14 r for
+# v* <= 1; 0.916 min + 1.21e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 min + 3.63e-14 r for
+# v* <= 2; 4.68 min + 9.66e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 min + 3.34e-13 r for
+# v* <= 5.
 def restitution_pade_0_3(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -82,8 +83,8 @@ def restitution_pade_0_3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 0.00185 m + 1.4e-15 r for v* <= 0.5; 0.0122 m + 1.4e-15 r for v* <= 1; 0.0899 m + 1.4e-15 r
-# for v* <= 2; 0.357 m + 1.4e-15 r for v* <= 5.
+# Error <= 0.00185 min + 1.4e-15 r for v* <= 0.5; 0.0122 min + 1.4e-15 r for v* <= 1; 0.0899
+# min + 1.4e-15 r for v* <= 2; 0.357 min + 1.4e-15 r for v* <= 5.
 def epsilon_pade_1_4(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -107,10 +108,10 @@ def epsilon_pade_1_4(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.00185 m + 6.45e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.92e-14 r for
-# v* <= 0.5; 0.0122 m + 6.5e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.0122 m + 1.93e-14 r for
-# v* <= 1; 0.0899 m + 6.89e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0899 m + 2.07e-14 r for
-# v* <= 2; 0.357 m + 9.64e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 m + 3.04e-14 r for
+# Error <= 0.00185 min + 6.45e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.00185 min + 1.92e-14 r
+# for v* <= 0.5; 0.0122 min + 6.5e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.0122 min + 1.93e-14 r
+# for v* <= 1; 0.0899 min + 6.89e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0899 min + 2.07e-14 r
+# for v* <= 2; 0.357 min + 9.64e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 min + 3.04e-14 r for
 # v* <= 5.
 def restitution_pade_1_4(speed: float, beta: float) -> float:
     """Return eps."""
@@ -138,8 +139,8 @@ def restitution_pade_1_4(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 1.47e-4 m + 4e-15 r for v* <= 0.5; 0.00313 m + 4e-15 r for v* <= 1; 0.0665 m + 4e-15 r for
-# v* <= 2; 0.785 m + 4e-15 r for v* <= 5.
+# Error <= 1.47e-4 min + 4e-15 r for v* <= 0.5; 0.00313 min + 4e-15 r for v* <= 1; 0.0665 min + 4e-15
+# r for v* <= 2; 0.785 min + 4e-15 r for v* <= 5.
 def epsilon_pade_2_5(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -161,10 +162,10 @@ def epsilon_pade_2_5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 1.47e-4 m + 9.04e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.17e-14 r for
-# v* <= 0.5; 0.00313 m + 9.05e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.00313 m + 2.18e-14 r for
-# v* <= 1; 0.0665 m + 9.37e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0665 m + 2.29e-14 r for
-# v* <= 2; 0.785 m + 5.43e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 m + 1.81e-13 r for
+# Error <= 1.47e-4 min + 9.04e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 1.47e-4 min + 2.17e-14 r
+# for v* <= 0.5; 0.00313 min + 9.05e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.00313 min + 2.18e-14
+# r for v* <= 1; 0.0665 min + 9.37e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0665 min + 2.29e-14 r
+# for v* <= 2; 0.785 min + 5.43e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 min + 1.81e-13 r for
 # v* <= 5.
 def restitution_pade_2_5(speed: float, beta: float) -> float:
     """Return eps."""
@@ -190,8 +191,8 @@ def restitution_pade_2_5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 5.47e-6 m + 1.7e-15 r for v* <= 0.5; 2.6e-4 m + 1.7e-15 r for v* <= 1; 0.00659 m + 1.7e-15
-# r for v* <= 2; 0.064 m + 1.7e-15 r for v* <= 5.
+# Error <= 5.47e-6 min + 1.7e-15 r for v* <= 0.5; 2.6e-4 min + 1.7e-15 r for v* <= 1; 0.00659
+# min + 1.7e-15 r for v* <= 2; 0.064 min + 1.7e-15 r for v* <= 5.
 def epsilon_pade_3_6(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -220,10 +221,10 @@ def epsilon_pade_3_6(v_star: float) -> float:
 
 
 # eps.
-# Error <= 5.47e-6 m + 6.74e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.94e-14 r for
-# v* <= 0.5; 2.6e-4 m + 6.74e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 2.6e-4 m + 1.94e-14 r for
-# v* <= 1; 0.00659 m + 6.77e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.00659 m + 1.95e-14 r for
-# v* <= 2; 0.064 m + 7.06e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.064 m + 2.06e-14 r for
+# Error <= 5.47e-6 min + 6.74e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 5.47e-6 min + 1.94e-14 r
+# for v* <= 0.5; 2.6e-4 min + 6.74e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 2.6e-4 min + 1.94e-14 r
+# for v* <= 1; 0.00659 min + 6.77e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.00659 min + 1.95e-14 r
+# for v* <= 2; 0.064 min + 7.06e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.064 min + 2.06e-14 r for
 # v* <= 5.
 def restitution_pade_3_6(speed: float, beta: float) -> float:
     """Return eps."""

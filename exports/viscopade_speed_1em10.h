@@ -11,26 +11,26 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
  * to 0.
  *
- * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
+ * Bounds of |error| below: min = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
  * Bounds hold where eps and the result, as computed, are normal numbers.
- * function                                                        range     error, double           error, float, name + f
- * viscopade_restitution_1em10(speed, beta)                        all v*    7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
- * viscopade_restitution_array_1em10(n, speed, beta, out)          all v*    7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
- * viscopade_restitution_by_pair_1em10(n, speed, pair, beta, out)  all v*    7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
- * viscopade_restitution_each_1em10(n, speed, beta, out)           all v*    7.16e-12 m + 0.571 ulp  7.16e-12 m + 1.27e-16 r + 0.5 ulp
- * viscopade_rebound_1em10(speed, beta)                            all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_rebound_array_1em10(n, speed, beta, out)              all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_rebound_by_pair_1em10(n, speed, pair, beta, out)      all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_rebound_each_1em10(n, speed, beta, out)               all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_dissipation_1em10(speed, beta)                        all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_dissipation_array_1em10(n, speed, beta, out)          all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_dissipation_by_pair_1em10(n, speed, pair, beta, out)  all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_dissipation_each_1em10(n, speed, beta, out)           all v*    7.16e-12 r + 3 ulp      7.16e-12 r + 0.5 ulp
- * viscopade_effective_modulus(E1, nu1, E2, nu2)                   positive  not proven              not proven
- * viscopade_effective_radius(R1, R2)                              positive  not proven              not proven
- * viscopade_effective_mass(m1, m2)                                positive  not proven              not proven
- * viscopade_rho(E_eff, R_eff)                                     positive  not proven              not proven
- * viscopade_beta(A, rho, m_eff)                                   positive  not proven              not proven
+ * function                                                        range     error, double             error, float, name + f
+ * viscopade_restitution_1em10(speed, beta)                        all v*    7.16e-12 min + 0.571 ulp  7.16e-12 min + 1.27e-16 r + 0.5 ulp
+ * viscopade_restitution_array_1em10(n, speed, beta, out)          all v*    7.16e-12 min + 0.571 ulp  7.16e-12 min + 1.27e-16 r + 0.5 ulp
+ * viscopade_restitution_by_pair_1em10(n, speed, pair, beta, out)  all v*    7.16e-12 min + 0.571 ulp  7.16e-12 min + 1.27e-16 r + 0.5 ulp
+ * viscopade_restitution_each_1em10(n, speed, beta, out)           all v*    7.16e-12 min + 0.571 ulp  7.16e-12 min + 1.27e-16 r + 0.5 ulp
+ * viscopade_rebound_1em10(speed, beta)                            all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_rebound_array_1em10(n, speed, beta, out)              all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_rebound_by_pair_1em10(n, speed, pair, beta, out)      all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_rebound_each_1em10(n, speed, beta, out)               all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_1em10(speed, beta)                        all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_array_1em10(n, speed, beta, out)          all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_by_pair_1em10(n, speed, pair, beta, out)  all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_dissipation_each_1em10(n, speed, beta, out)           all v*    7.16e-12 r + 3 ulp        7.16e-12 r + 0.5 ulp
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)                   positive  not proven                not proven
+ * viscopade_effective_radius(R1, R2)                              positive  not proven                not proven
+ * viscopade_effective_mass(m1, m2)                                positive  not proven                not proven
+ * viscopade_rho(E_eff, R_eff)                                     positive  not proven                not proven
+ * viscopade_beta(A, rho, m_eff)                                   positive  not proven                not proven
  * For n speeds at once: array has one beta, by_pair beta[pair[i]] and each beta[i] for speed[i]; out may be speed.
  * Other names (viscopade_epsilon_full, for example) are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
@@ -1101,25 +1101,25 @@ VISCOPADE_KERNEL(0x765c45f1)
 
 /*
  * eps.
- * Error <= 5.04e-15 m + 0.571 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.77e-14 m + 0.571
- * ulp for v* <= 0.00128858; 7.14e-12 m + 4.21e-16 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
- * 9.55662e-299 <= speed <= 2.83625e+278; 5.04e-15 m + 0.571 ulp for 9.1896 <= v*,
- * 1e-30 <= speed <= 1e+30; 7.14e-12 m + 5.04e-15 r + 0.571 ulp for all v*, 1e-30 <= speed <= 1e+30;
- * 1.77e-14 m + 0.571 ulp for 9.1896 <= v*; 7.16e-12 m + 0.571 ulp for all v*, where the result, as
- * computed, is a normal number.
+ * Error <= 5.04e-15 min + 0.571 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.77e-14
+ * min + 0.571 ulp for v* <= 0.00128858; 7.14e-12 min + 4.21e-16 r + 0.5 ulp for
+ * 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <= 2.83625e+278; 5.04e-15 min + 0.571 ulp for
+ * 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 7.14e-12 min + 5.04e-15 r + 0.571 ulp for all v*,
+ * 1e-30 <= speed <= 1e+30; 1.77e-14 min + 0.571 ulp for 9.1896 <= v*; 7.16e-12 min + 0.571 ulp for all
+ * v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_RESTITUTION_1EM10_ERROR 7.16e-12 /* m + 0.571 ulp for all v*, where the result, as computed, is a normal number */
+#define VISCOPADE_RESTITUTION_1EM10_ERROR 7.16e-12 /* min + 0.571 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * eps.
- * Error <= 5.04e-15 m + 1.27e-16 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.77e-14
- * m + 1.27e-16 r + 0.5 ulp for v* <= 0.00128858; 7.14e-12 m + 5.32e-16 r + 0.5 ulp for
- * 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <= 2.83625e+278; 5.04e-15 m + 1.27e-16 r + 0.5
- * ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 7.14e-12 m + 5.16e-15 r + 0.5 ulp for all v*,
- * 1e-30 <= speed <= 1e+30; 1.77e-14 m + 1.27e-16 r + 0.5 ulp for 9.1896 <= v*; 7.16e-12 m + 1.27e-16
- * r + 0.5 ulp for all v*.
+ * Error <= 5.04e-15 min + 1.27e-16 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.77e-14
+ * min + 1.27e-16 r + 0.5 ulp for v* <= 0.00128858; 7.14e-12 min + 5.32e-16 r + 0.5 ulp for
+ * 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <= 2.83625e+278; 5.04e-15 min + 1.27e-16 r + 0.5
+ * ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 7.14e-12 min + 5.16e-15 r + 0.5 ulp for all v*,
+ * 1e-30 <= speed <= 1e+30; 1.77e-14 min + 1.27e-16 r + 0.5 ulp for 9.1896 <= v*; 7.16e-12
+ * min + 1.27e-16 r + 0.5 ulp for all v*.
  */
-#define VISCOPADE_RESTITUTION_1EM10_ERRORF 7.16e-12 /* m + 1.27e-16 r + 0.5 ulp for all v* */
+#define VISCOPADE_RESTITUTION_1EM10_ERRORF 7.16e-12 /* min + 1.27e-16 r + 0.5 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.

@@ -11,26 +11,26 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
  * to 0.
  *
- * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
+ * Bounds of |error| below: min = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
  * Bounds hold where eps and the result, as computed, are normal numbers.
- * function                                                       range     error, double                     error, float, name + f
- * viscopade_restitution_1em5(speed, beta)                        all v*    6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
- * viscopade_restitution_array_1em5(n, speed, beta, out)          all v*    6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
- * viscopade_restitution_by_pair_1em5(n, speed, pair, beta, out)  all v*    6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
- * viscopade_restitution_each_1em5(n, speed, beta, out)           all v*    6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
- * viscopade_rebound_1em5(speed, beta)                            all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_rebound_array_1em5(n, speed, beta, out)              all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_rebound_by_pair_1em5(n, speed, pair, beta, out)      all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_rebound_each_1em5(n, speed, beta, out)               all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_dissipation_1em5(speed, beta)                        all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_dissipation_array_1em5(n, speed, beta, out)          all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_dissipation_by_pair_1em5(n, speed, pair, beta, out)  all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_dissipation_each_1em5(n, speed, beta, out)           all v*    6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * viscopade_effective_modulus(E1, nu1, E2, nu2)                  positive  not proven                        not proven
- * viscopade_effective_radius(R1, R2)                             positive  not proven                        not proven
- * viscopade_effective_mass(m1, m2)                               positive  not proven                        not proven
- * viscopade_rho(E_eff, R_eff)                                    positive  not proven                        not proven
- * viscopade_beta(A, rho, m_eff)                                  positive  not proven                        not proven
+ * function                                                       range     error, double                       error, float, name + f
+ * viscopade_restitution_1em5(speed, beta)                        all v*    6.69e-6 min + 2.36e-14 r + 0.5 ulp  6.87e-6 min + 5.91e-15 r + 0.5 ulp
+ * viscopade_restitution_array_1em5(n, speed, beta, out)          all v*    6.69e-6 min + 2.36e-14 r + 0.5 ulp  6.87e-6 min + 5.91e-15 r + 0.5 ulp
+ * viscopade_restitution_by_pair_1em5(n, speed, pair, beta, out)  all v*    6.69e-6 min + 2.36e-14 r + 0.5 ulp  6.87e-6 min + 5.91e-15 r + 0.5 ulp
+ * viscopade_restitution_each_1em5(n, speed, beta, out)           all v*    6.69e-6 min + 2.36e-14 r + 0.5 ulp  6.87e-6 min + 5.91e-15 r + 0.5 ulp
+ * viscopade_rebound_1em5(speed, beta)                            all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_rebound_array_1em5(n, speed, beta, out)              all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_rebound_by_pair_1em5(n, speed, pair, beta, out)      all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_rebound_each_1em5(n, speed, beta, out)               all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_dissipation_1em5(speed, beta)                        all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_dissipation_array_1em5(n, speed, beta, out)          all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_dissipation_by_pair_1em5(n, speed, pair, beta, out)  all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_dissipation_each_1em5(n, speed, beta, out)           all v*    6.69e-6 r + 3 ulp                   6.87e-6 r + 3 ulp
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)                  positive  not proven                          not proven
+ * viscopade_effective_radius(R1, R2)                             positive  not proven                          not proven
+ * viscopade_effective_mass(m1, m2)                               positive  not proven                          not proven
+ * viscopade_rho(E_eff, R_eff)                                    positive  not proven                          not proven
+ * viscopade_beta(A, rho, m_eff)                                  positive  not proven                          not proven
  * For n speeds at once: array has one beta, by_pair beta[pair[i]] and each beta[i] for speed[i]; out may be speed.
  * Other names (viscopade_epsilon_halfline_1em5, for example) are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
@@ -528,9 +528,9 @@ VISCOPADE_KERNEL(0x7433c5fd)
 
 /*
  * eps. Private in this file: for w outside the table.
- * Error <= 3.36e-6 m + 5.91e-15 r for all v*, where the result, as computed, is a normal number.
+ * Error <= 3.36e-6 min + 5.91e-15 r for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* m + 5.91e-15 r for all v*, where the result, as computed, is a normal number */
+#define VISCOPADE_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* min + 5.91e-15 r for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_epsilon_halfline_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
@@ -571,9 +571,9 @@ VISCOPADE_INLINE double viscopade_epsilon_halfline_1em5(double v_star)
 
 /*
  * 1 - eps. Private in this file: for w outside the table.
- * Error <= 3.36e-6 m + 5.01e-15 r for all v*, where the result, as computed, is a normal number.
+ * Error <= 3.36e-6 min + 5.01e-15 r for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_ONE_MINUS_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* m + 5.01e-15 r for all v*, where the result, as computed, is a normal number */
+#define VISCOPADE_ONE_MINUS_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* min + 5.01e-15 r for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
@@ -629,24 +629,24 @@ VISCOPADE_KERNEL(0x96d6dbbb)
 
 /*
  * eps.
- * Error <= 3.36e-6 m + 1.1e-14 r for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6 m + 2.36e-14 r
- * for v* <= 0.00128858; 6.69e-6 m + 3.3e-16 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
- * 9.55662e-299 <= speed <= 2.83625e+278; 3.36e-6 m + 1.1e-14 r for 9.1896 <= v*,
- * 1e-30 <= speed <= 1e+30; 6.69e-6 m + 1.1e-14 r + 0.5 ulp for all v*, 1e-30 <= speed <= 1e+30;
- * 3.36e-6 m + 2.36e-14 r for 9.1896 <= v*; 6.69e-6 m + 2.36e-14 r + 0.5 ulp for all v*, where the
- * result, as computed, is a normal number.
+ * Error <= 3.36e-6 min + 1.1e-14 r for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6
+ * min + 2.36e-14 r for v* <= 0.00128858; 6.69e-6 min + 3.3e-16 r + 0.5 ulp for
+ * 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <= 2.83625e+278; 3.36e-6 min + 1.1e-14 r for
+ * 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 6.69e-6 min + 1.1e-14 r + 0.5 ulp for all v*,
+ * 1e-30 <= speed <= 1e+30; 3.36e-6 min + 2.36e-14 r for 9.1896 <= v*; 6.69e-6 min + 2.36e-14 r + 0.5
+ * ulp for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* m + 2.36e-14 r + 0.5 ulp for all v*, where the result, as computed, is a normal number */
+#define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* min + 2.36e-14 r + 0.5 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * eps.
- * Error <= 3.36e-6 m + 1.1e-14 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6
- * m + 2.36e-14 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 m + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
- * 5.04871e-29 <= speed <= 5.3687e+8; 3.36e-6 m + 1.1e-14 r + 0.5 ulp for 9.1896 <= v*,
- * 1e-30 <= speed <= 1e+30; 3.36e-6 m + 2.36e-14 r + 0.5 ulp for 9.1896 <= v*; 6.87e-6 m + 5.91e-15
- * r + 0.5 ulp for all v*.
+ * Error <= 3.36e-6 min + 1.1e-14 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6
+ * min + 2.36e-14 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 min + 0.5 ulp for
+ * 0.00128859 <= v* <= 9.18957, 5.04871e-29 <= speed <= 5.3687e+8; 3.36e-6 min + 1.1e-14 r + 0.5 ulp
+ * for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.36e-6 min + 2.36e-14 r + 0.5 ulp for 9.1896 <= v*;
+ * 6.87e-6 min + 5.91e-15 r + 0.5 ulp for all v*.
  */
-#define VISCOPADE_RESTITUTION_1EM5_ERRORF 6.87e-6 /* m + 5.91e-15 r + 0.5 ulp for all v* */
+#define VISCOPADE_RESTITUTION_1EM5_ERRORF 6.87e-6 /* min + 5.91e-15 r + 0.5 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.

@@ -11,26 +11,26 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
  * to 0.
  *
- * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
+ * Bounds of |error| below: min = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
  * Bounds hold where eps and the result, as computed, are normal numbers.
- * function                                                       range     error, double           error, float, name + f
- * viscopade_restitution_full(speed, beta)                        all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_restitution_array_full(n, speed, beta, out)          all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_restitution_by_pair_full(n, speed, pair, beta, out)  all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_restitution_each_full(n, speed, beta, out)           all v*    1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
- * viscopade_rebound_full(speed, beta)                            all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_rebound_array_full(n, speed, beta, out)              all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_rebound_by_pair_full(n, speed, pair, beta, out)      all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_rebound_each_full(n, speed, beta, out)               all v*    1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
- * viscopade_dissipation_full(speed, beta)                        all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_dissipation_array_full(n, speed, beta, out)          all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_dissipation_by_pair_full(n, speed, pair, beta, out)  all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_dissipation_each_full(n, speed, beta, out)           all v*    1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * viscopade_effective_modulus(E1, nu1, E2, nu2)                  positive  not proven              not proven
- * viscopade_effective_radius(R1, R2)                             positive  not proven              not proven
- * viscopade_effective_mass(m1, m2)                               positive  not proven              not proven
- * viscopade_rho(E_eff, R_eff)                                    positive  not proven              not proven
- * viscopade_beta(A, rho, m_eff)                                  positive  not proven              not proven
+ * function                                                       range     error, double             error, float, name + f
+ * viscopade_restitution_full(speed, beta)                        all v*    1.77e-14 min + 0.633 ulp  1.77e-14 min + 1.41e-16 r + 0.5 ulp
+ * viscopade_restitution_array_full(n, speed, beta, out)          all v*    1.77e-14 min + 0.633 ulp  1.77e-14 min + 1.41e-16 r + 0.5 ulp
+ * viscopade_restitution_by_pair_full(n, speed, pair, beta, out)  all v*    1.77e-14 min + 0.633 ulp  1.77e-14 min + 1.41e-16 r + 0.5 ulp
+ * viscopade_restitution_each_full(n, speed, beta, out)           all v*    1.77e-14 min + 0.633 ulp  1.77e-14 min + 1.41e-16 r + 0.5 ulp
+ * viscopade_rebound_full(speed, beta)                            all v*    1.84e-14 r + 3 ulp        1.91e-14 r + 0.5 ulp
+ * viscopade_rebound_array_full(n, speed, beta, out)              all v*    1.84e-14 r + 3 ulp        1.91e-14 r + 0.5 ulp
+ * viscopade_rebound_by_pair_full(n, speed, pair, beta, out)      all v*    1.84e-14 r + 3 ulp        1.91e-14 r + 0.5 ulp
+ * viscopade_rebound_each_full(n, speed, beta, out)               all v*    1.84e-14 r + 3 ulp        1.91e-14 r + 0.5 ulp
+ * viscopade_dissipation_full(speed, beta)                        all v*    1.85e-14 r + 3 ulp        1.92e-14 r + 0.5 ulp
+ * viscopade_dissipation_array_full(n, speed, beta, out)          all v*    1.85e-14 r + 3 ulp        1.92e-14 r + 0.5 ulp
+ * viscopade_dissipation_by_pair_full(n, speed, pair, beta, out)  all v*    1.85e-14 r + 3 ulp        1.92e-14 r + 0.5 ulp
+ * viscopade_dissipation_each_full(n, speed, beta, out)           all v*    1.85e-14 r + 3 ulp        1.92e-14 r + 0.5 ulp
+ * viscopade_effective_modulus(E1, nu1, E2, nu2)                  positive  not proven                not proven
+ * viscopade_effective_radius(R1, R2)                             positive  not proven                not proven
+ * viscopade_effective_mass(m1, m2)                               positive  not proven                not proven
+ * viscopade_rho(E_eff, R_eff)                                    positive  not proven                not proven
+ * viscopade_beta(A, rho, m_eff)                                  positive  not proven                not proven
  * For n speeds at once: array has one beta, by_pair beta[pair[i]] and each beta[i] for speed[i]; out may be speed.
  * Other names (viscopade_epsilon_full, for example) are private, and may change.
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
@@ -1101,25 +1101,25 @@ VISCOPADE_KERNEL(0x231dca25)
 
 /*
  * eps.
- * Error <= 5.04e-15 m + 0.571 ulp for v* <= 0.0118415, 1e-30 <= speed <= 1e+30; 1.77e-14 m + 0.571 ulp
- * for v* <= 0.0118415; 1.91e-16 m + 0.633 ulp for 0.0118416 <= v* <= 84.4484,
- * 4.10454e-289 <= speed <= 1.21816e+288; 5.04e-15 m + 0.571 ulp for 84.4486 <= v*,
- * 1e-30 <= speed <= 1e+30; 5.04e-15 m + 0.633 ulp for all v*, 1e-30 <= speed <= 1e+30; 1.77e-14
- * m + 0.571 ulp for 84.4486 <= v*; 1.77e-14 m + 0.633 ulp for all v*, where the result, as computed,
- * is a normal number.
+ * Error <= 5.04e-15 min + 0.571 ulp for v* <= 0.0118415, 1e-30 <= speed <= 1e+30; 1.77e-14 min + 0.571
+ * ulp for v* <= 0.0118415; 1.91e-16 min + 0.633 ulp for 0.0118416 <= v* <= 84.4484,
+ * 4.10454e-289 <= speed <= 1.21816e+288; 5.04e-15 min + 0.571 ulp for 84.4486 <= v*,
+ * 1e-30 <= speed <= 1e+30; 5.04e-15 min + 0.633 ulp for all v*, 1e-30 <= speed <= 1e+30; 1.77e-14
+ * min + 0.571 ulp for 84.4486 <= v*; 1.77e-14 min + 0.633 ulp for all v*, where the result, as
+ * computed, is a normal number.
  */
-#define VISCOPADE_RESTITUTION_FULL_ERROR 1.77e-14 /* m + 0.633 ulp for all v*, where the result, as computed, is a normal number */
+#define VISCOPADE_RESTITUTION_FULL_ERROR 1.77e-14 /* min + 0.633 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * eps.
- * Error <= 5.04e-15 m + 1.27e-16 r + 0.5 ulp for v* <= 0.0118415, 1e-30 <= speed <= 1e+30; 1.77e-14
- * m + 1.27e-16 r + 0.5 ulp for v* <= 0.0118415; 1.91e-16 m + 1.41e-16 r + 0.5 ulp for
- * 0.0118416 <= v* <= 84.4484, 4.10454e-289 <= speed <= 1.21816e+288; 5.04e-15 m + 1.27e-16 r + 0.5 ulp
- * for 84.4486 <= v*, 1e-30 <= speed <= 1e+30; 5.04e-15 m + 1.41e-16 r + 0.5 ulp for all v*,
- * 1e-30 <= speed <= 1e+30; 1.77e-14 m + 1.27e-16 r + 0.5 ulp for 84.4486 <= v*; 1.77e-14 m + 1.41e-16
- * r + 0.5 ulp for all v*.
+ * Error <= 5.04e-15 min + 1.27e-16 r + 0.5 ulp for v* <= 0.0118415, 1e-30 <= speed <= 1e+30; 1.77e-14
+ * min + 1.27e-16 r + 0.5 ulp for v* <= 0.0118415; 1.91e-16 min + 1.41e-16 r + 0.5 ulp for
+ * 0.0118416 <= v* <= 84.4484, 4.10454e-289 <= speed <= 1.21816e+288; 5.04e-15 min + 1.27e-16 r + 0.5
+ * ulp for 84.4486 <= v*, 1e-30 <= speed <= 1e+30; 5.04e-15 min + 1.41e-16 r + 0.5 ulp for all v*,
+ * 1e-30 <= speed <= 1e+30; 1.77e-14 min + 1.27e-16 r + 0.5 ulp for 84.4486 <= v*; 1.77e-14
+ * min + 1.41e-16 r + 0.5 ulp for all v*.
  */
-#define VISCOPADE_RESTITUTION_FULL_ERRORF 1.77e-14 /* m + 1.41e-16 r + 0.5 ulp for all v* */
+#define VISCOPADE_RESTITUTION_FULL_ERRORF 1.77e-14 /* min + 1.41e-16 r + 0.5 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.

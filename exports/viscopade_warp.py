@@ -10,18 +10,18 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's Eq. 6), not when the compression x returns
 # to 0.
 #
-# Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+# Bounds of |error| below: min = min(eps, 1 - eps), for rebound times the speed; r = |result|.
 # Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
-# function                                              range                       error, double           error, float
-# viscopade_warp.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.84e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-# viscopade_warp.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-# viscopade_warp.dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
+# function                                              range                       error, double             error, float
+# viscopade_warp.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 min + 2.21e-13 r  2.09e-4 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                  2.24e-4 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 min + 2.21e-13 r  3.36e-6 min + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r                 1.84e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+# viscopade_warp.rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 min + 2.31e-13 r  -
+# viscopade_warp.dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                  -
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -37,7 +37,7 @@ VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 # as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
@@ -68,7 +68,7 @@ def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+# Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 # 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
@@ -99,8 +99,8 @@ def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-# and the result, as computed, are normal numbers.
+# Error <= 2.09e-4 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+# eps and the result, as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -130,7 +130,7 @@ def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
+# Error <= 2.09e-4 min + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 min + 2.41e-5 r for
 # 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 # numbers.
 @wp.func
@@ -226,7 +226,7 @@ def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # eps.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 # as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
@@ -260,7 +260,7 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+# Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 # 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
@@ -294,8 +294,8 @@ def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-# and the result, as computed, are normal numbers.
+# Error <= 3.36e-6 min + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+# eps and the result, as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -328,7 +328,7 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+# Error <= 3.36e-6 min + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 min + 2.41e-5 r for
 # 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
 # numbers.
 @wp.func
@@ -433,7 +433,7 @@ def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # eps.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
 # as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
@@ -472,8 +472,8 @@ def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
-# and the result, as computed, are normal numbers.
+# Error <= 2.79e-8 min + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed,
+# eps and the result, as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)

@@ -1,13 +1,16 @@
 """docs/usage/c-and-cpp.md, done as it says: the headers in projects of C and C++, by CMake and by pkg-config."""
 
 import os
+import platform
 import re
 import shlex
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import viscopade as vp
@@ -15,6 +18,10 @@ from tests import compiled
 from tests.built import ROOT
 from tests.patience import HANGS
 from tests.test_readme import blocks
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.collision import panel_proof
+from viscopade.kernels import catalogue
 
 PAGE = (ROOT / "docs" / "usage" / "c-and-cpp.md").read_text("utf-8")
 BLOCKS = blocks(PAGE)
@@ -113,36 +120,104 @@ def test_without_a_build_system(installed, tmp_path, script):
 
 @needs("cc")
 def test_from_a_material_to_beta(tmp_path):
+    rubber = {"young_modulus": 1e7, "poisson_ratio": 0.45, "dissipative_constant": 1e-4}
     ice = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-6}
-    pair = vp.Pair(vp.Sphere(radius=0.025, mass=0.060, **ice), vp.Sphere.wall(**ice))
-    assert f"beta = {pair.beta:.6f} (s/m)^(1/5), eps = {pair.epsilon(0.01):.6f}\n" == OF_MATERIAL
+    pair = vp.Pair(vp.Sphere(radius=0.025, mass=0.060, **rubber), vp.Sphere.wall(**ice))
+    assert f"beta = {pair.beta:.6f} (s/m)^(1/5), eps = {pair.epsilon(0.5):.6f}\n" == OF_MATERIAL
     project(tmp_path, "", material_c=MATERIAL_C)
     words = f"cc -std=c99 -Wall -Werror -I {shlex.quote(str(ROOT / 'exports'))} material.c -o material -lm\n./material"
     assert run(words, tmp_path) == OF_MATERIAL
 
 
-@needs("cc")
-@pytest.mark.parametrize("options", ["-O0", "-O2 -ffp-contract=off", "-O3 -ffp-contract=off -march=native", "-x c++"])
-def test_bits_stay(tmp_path, options):
-    if not compiled.works("cc", "-xc", *options.replace("-x c++", "").split()):
-        pytest.skip(f"cc does not know {options}")
-    project(tmp_path, "", hash_c=HASH_C)
-    words = f"cc {options} -I {shlex.quote(str(ROOT / 'exports'))} hash.c -o hash -lm\n./hash"
-    assert run(words, tmp_path) == HASH
-
-
-@needs("cc")
-@pytest.mark.parametrize("options", ["-O2 -mfma -ffp-contract=fast", "-O2 -ffast-math"])
-def test_bits_change(tmp_path, options):
-    """By options of which the page says it; on a processor that has fused operations."""
+def hash_of(tmp_path, words, run_by=""):
+    """Return what the page's hash.c prints, compiled with these words, a compiler and its options."""
+    compiler, *options = words.split()
+    if shutil.which(compiler) is None or (run_by and shutil.which(run_by) is None):
+        pytest.skip(f"there is no {compiler} {run_by}")
+    if not compiled.works(compiler, "-xc++" if "++" in compiler else "-xc", *options):
+        pytest.skip(f"{compiler} does not know {options}")
+    # A processor without FMA cannot run the program; this machine may be another one than x86-64.
     flags = Path("/proc/cpuinfo")
-    if "mfma" in options and not (flags.exists() and " fma " in flags.read_text()):
+    if "-mfma" in options and not (flags.exists() and " fma " in flags.read_text()):
         pytest.skip("this processor has no FMA, or does not tell")
-    project(tmp_path, "", hash_c=HASH_C)
-    words = f"cc {options} -I {shlex.quote(str(ROOT / 'exports'))} hash.c -o hash -lm\n./hash"
+    name = "hash.cpp" if "++" in compiler else "hash.c"
+    (tmp_path / name).write_text(HASH_C)
+    words = f"{words} -I {shlex.quote(str(ROOT / 'exports'))} {name} -o hash -lm\n{run_by} ./hash"
     printed = run(words, tmp_path)
     assert len(printed) == len(HASH)
-    assert printed != HASH
+    return printed
+
+
+STAY = [
+    "cc -O0 -ffp-contract=off",
+    "cc -O2 -ffp-contract=off",
+    "cc -O3 -ffp-contract=off -march=native",
+    "c++ -O2 -ffp-contract=off",
+    "g++ -std=c++17 -O2 -mfma -ffp-contract=off",
+    "gcc -std=c99 -O2 -mfma",
+    "gcc -std=c17 -O2 -mfma",
+    *["cc -O2", "c++ -O2"] * (platform.machine() == "x86_64"),
+]
+CHANGE = ["gcc -O2 -mfma", "g++ -std=c++17 -O2 -mfma", "clang -std=c99 -O2 -mfma", "cc -O2 -ffast-math"]
+
+
+@pytest.mark.parametrize("words", STAY)
+def test_bits_stay(tmp_path, words):
+    assert hash_of(tmp_path, words) == HASH
+
+
+@pytest.mark.parametrize("words", CHANGE)
+def test_bits_change(tmp_path, words):
+    """By options of which the page says it; on a processor that has fused operations."""
+    assert hash_of(tmp_path, words) != HASH
+
+
+@pytest.mark.parametrize("processor", ["aarch64", "riscv64", "s390x"])
+def test_bits_on_other_processors(tmp_path, processor):
+    """GCC fuses there without a further option."""
+    words, emulator = f"{processor}-linux-gnu-gcc -static -O2", f"qemu-{processor}"
+    assert hash_of(tmp_path, words, emulator) != HASH
+    assert hash_of(tmp_path, f"{words} -ffp-contract=off", emulator) == HASH
+
+
+def test_errors_to_quote():
+    """The page's table has the bounds with all their parts; an ulp is at most 2^-52 or 2^-23 of a number."""
+    kernel = catalogue.kernel("speed 1e-5")
+    rows = re.findall(r"^\| (`viscopade_\w+_1em5`.*) \| (\S+) \| (\S+) \|$", PAGE, re.MULTILINE)
+    assert len(rows) == 2
+    for names, *errors in rows:
+        for name in re.findall(r"viscopade_(\w+)_1em5", names):
+            for form, error in zip((DOUBLE, FLOAT), errors, strict=True):
+                bound = kernel.bound(name, "host", form.name)[-1]
+                whole = bound.relative + bound.last
+                assert at_most(whole + bound.ulps * form.ulp(Fraction(1)) * (1 + whole), 3) == error
+
+
+@needs("cc")
+def test_one_minus_eps_in_float(tmp_path):
+    """As the page says, d / (1 + eps) is within 1e-5; the difference is not, for nearly elastic collisions."""
+    assert "`d / (1 + eps)`, with an error below 1e-5" in PAGE
+    header = (ROOT / "exports" / "viscopade_speed_1em5.h").read_text("utf-8")
+    library = compiled.build(tmp_path, [header])
+    beta = np.float32(1.307)
+    speeds = np.geomspace(1e-24, 1e6, 3001, dtype=np.float32)
+    eps, d = (
+        np.array([library[f"{name}_1em5f"](speed, beta) for speed in speeds], dtype=np.float32)
+        for name in ("restitution", "dissipation")
+    )
+    exact = vp.one_minus_epsilon(np.sqrt(np.float64(beta)) * speeds.astype(np.float64) ** 0.1)
+    assert np.max(np.abs(d / (1 + eps) / exact - 1)) < 1e-5
+    assert np.max(np.abs((1 - eps) / exact - 1)) > 1e-3
+
+
+def test_the_share_of_beta():
+    """The numbers of the page: proven slope, 2e-6 of viscopade_betaf, and half an ulp of a float."""
+    (slope,) = re.findall(r"at most (\S+) times as much", PAGE)
+    # v* goes like the root of beta.
+    assert 0 < Fraction(slope) - panel_proof.steepest() / 2 < Fraction(1, 100)
+    share, rounded = map(Fraction, re.search(r"adds up to (\S+)\. .* it adds (\S+)\.", PAGE).groups())
+    assert Fraction(slope) * Fraction("2e-6") <= share
+    assert Fraction(slope) / 2**24 <= rounded
 
 
 THREE_NUMBERS = ".".join(vp.__version__.split(".")[:3])  # all that CMake knows of a version

@@ -39,8 +39,8 @@ def test_the_law(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def with_two_simulators(tmp_path_factory):
-    """A copy of the package with what the page says: two modules, and a line of the list for each."""
+def with_a_simulator(tmp_path_factory):
+    """A copy of the package with what the page says: a module, and its line of the list."""
     source = tmp_path_factory.mktemp("source")
     shutil.copytree(ROOT / "src" / "viscopade", source / "viscopade", ignore=shutil.ignore_patterns("__pycache__"))
     folder = source / "viscopade" / "simulators"
@@ -67,45 +67,35 @@ def with_two_simulators(tmp_path_factory):
     return run
 
 
-def test_an_added_simulator_is_audited(with_two_simulators):
+def test_an_added_simulator_is_audited(with_a_simulator):
     words = ("audit", "bounce", "--epsilon", "0.5", "--format", "json")
-    (row,) = json.loads(with_two_simulators(*words))["rows"]
+    (row,) = json.loads(with_a_simulator(*words))["rows"]
     assert float(row["delivered"]) == pytest.approx(0.550283, abs=1e-6)
     assert row["instead"]["restitution"] == pytest.approx(0.436288, abs=1e-6)
     assert [*row["why"]] == ["The formula is made for the other end of contact."]
 
 
-def test_an_added_simulator_takes_the_file_of_a_user(with_two_simulators):
+def test_an_added_simulator_takes_the_file_of_a_user(with_a_simulator):
     words = ("audit", "bounce", "--set", "stiffness=10 kN/m", "--set", "restitution=0.5", "--mass", "1", "--speed", "1")
-    found = json.loads(with_two_simulators(*words, "--epsilon", "0.5", "--format", "json"))
+    found = json.loads(with_a_simulator(*words, "--epsilon", "0.5", "--format", "json"))
     assert found["delivered"] == pytest.approx(0.550283, abs=1e-6)
     assert float(found["instead"]["restitution"]) == pytest.approx(0.436288, abs=1e-6)
-    stepped = json.loads(with_two_simulators(*words, "--time-step", "1 ms", "--scheme", "rk4", "--format", "json"))
+    stepped = json.loads(with_a_simulator(*words, "--time-step", "1 ms", "--scheme", "rk4", "--format", "json"))
     assert (stepped["scheme"], stepped["least"] < stepped["delivered"]) == ("rk4", True)
 
 
-def test_an_added_simulator_with_its_own_law_has_its_text(with_two_simulators):
+def test_an_added_simulator_with_its_own_law_has_its_text(with_a_simulator):
     words = ("simulators", "bounce", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "2")
-    lines = with_two_simulators(*words).splitlines()
+    lines = with_a_simulator(*words).splitlines()
     assert MARKER in lines[0]
     assert lines[-1].split()[:3] == ["contact", '"contact"', "restitution"]
     assert float(lines[-1].split()[3]) == pytest.approx(0.436288, abs=1e-6)
     assert lines[-1].split()[4:] == ["stiffness", "1000"]
 
 
-def test_an_added_simulator_is_in_the_calculator(with_two_simulators):
-    page = with_two_simulators("calculator", "-o", "-")
+def test_an_added_simulator_is_in_the_calculator(with_a_simulator):
+    page = with_a_simulator("calculator", "-o", "-")
     assert '{"name":"bounce","title":"Bounce","texts":{"any":"restitution {parameter}"},"walls":true' in page
-    assert '{"name":"glide","title":"Glide","texts":{},"walls":true,"step":null}' in page
-
-
-def test_an_added_simulator_with_the_viscoelastic_law_has_its_text(with_two_simulators):
-    lines = with_two_simulators("simulators", "glide", ROOT / "examples" / "steel_balls.toml").splitlines()
-    assert MARKER in lines[0]
-    assert [line.split()[:4] for line in lines if line.startswith("pair")] == [
-        ["pair", '"ball"', '"ball"', "E"],
-        ["pair", '"ball"', '"anvil"', "E"],
-    ]
 
 
 @pytest.mark.parametrize("section", ["A language", "A simulator"])

@@ -52,6 +52,18 @@ def test_every_file_is_reached_from_the_index():
     assert ROOT / "README.md" in reached
 
 
+@pytest.mark.parametrize("page", PAGES, ids=ids)
+def test_every_row_stands_in_a_table(page):
+    """A row after an empty line has a line of dashes below it, or it is shown as text with bars."""
+    lines = ["", *prose(page).splitlines(), ""]
+    alone = [
+        line
+        for before, line, after in zip(lines, lines[1:], lines[2:], strict=False)
+        if line.startswith("|") and not before.startswith("|") and not re.fullmatch(r"[|: -]+", after)
+    ]
+    assert alone == []
+
+
 def test_the_readme_fits_on_a_page_and_leads_to_the_index():
     assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 110
     assert DOCS / "index.md" in links(ROOT / "README.md")

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from html import unescape
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
@@ -43,9 +44,9 @@ PLAIN = re.compile(
 
 def prose(page):
     """Return a derivation as Markdown without its code."""
-    from tools.site.pages import derivation  # which imports Sphinx
+    from tools.site.pages import cells  # which imports Sphinx
 
-    text = re.sub(r"^(`{8})\{.*?^\1$", "", derivation(page.read_text("utf-8")), flags=re.MULTILINE | re.DOTALL)
+    text = "\n\n".join(text for is_markdown, text in cells(page.read_text("utf-8")) if is_markdown)
     return re.sub(r"`[^`\n]+`", "code", text).replace(CITED, "cited")
 
 
@@ -153,6 +154,11 @@ def test_derivations_have_formulas_where_they_speak_of_mathematics(page):
     inline = [child for token in tokens for child in token.children or ()]
     assert {token.type for token in (*tokens, *inline)} & {"code_block", "em_open", "strong_open"} == set()
     assert PLAIN.findall(" ".join(child.content for child in inline if child.type == "text")) == []
+
+
+def test_a_derivation_shows_what_it_prints(site):
+    page = (site / "derivations" / "07_coefficients.html").read_text("utf-8")
+    assert "h_4 = 3*lambda_1**2/5" in unescape(re.sub(r"<[^>]+>", "", page))
 
 
 # --- in a browser -----------------------------------------------------------------------------------------------------

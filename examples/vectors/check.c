@@ -92,5 +92,8 @@ int main(int count, char **words)
         return 2;
     }
     printf("%ld of %ld pass\n", passed, all);
+    if (all == 0) {
+        fprintf(stderr, "no vector is of a function in FUNCTIONS: give -DHEADER and -DFUNCTIONS, as check.c says\n");
+    }
     return passed == all && all > 0 ? 0 : 1;
 }

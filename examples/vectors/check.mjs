@@ -53,4 +53,7 @@ for (const vector of found) {
     }
 }
 console.log(`${passed} of ${all} pass`);
+if (all === 0) {
+    console.error("no vector is of a function of the module: give its file as the second argument");
+}
 process.exit(passed === all && all > 0 ? 0 : 1);

@@ -78,5 +78,8 @@ fn main() {
         }
     }
     println!("{passed} of {all} pass");
+    if all == 0 {
+        eprintln!("no vector is of a function in FUNCTIONS: change the path of the module and FUNCTIONS");
+    }
     std::process::exit(if passed == all && all > 0 { 0 } else { 1 });
 }

@@ -239,6 +239,19 @@ def test_a_sphere_that_falls(run):
     assert found["fall"]["sticking"] == pytest.approx(body.sticking_speed, rel=1e-3)
 
 
+@pytest.mark.parametrize(("name", "law"), LAWS)
+def test_a_drop_with_a_contact_time(run, name, law):
+    """eps with the weight is sqrt(h/H), by the package's collision of the same kappa, load and contact time."""
+    speed, time = (2 * 9.81 * 0.3) ** 0.5, 0.02
+    given = of(law=name, end=law.end, by="drop", damping=0.1, height=0.3, speed=speed, gravity=9.81, bodies=None)
+    (found,) = run("calculate(x)", [given | {"contactTime": time}])
+    kappa = found["kappa"]
+    unit = time / exact.collision(kappa=repr(kappa), law=law, digits=17).floats()["tau_c"]
+    assert Contact.of_law(law, kappa, 9.81 * unit / speed).collide().epsilon == pytest.approx(3**-0.5, abs=1e-6)
+    assert found["fall"]["epsilon"] == pytest.approx(3**-0.5, abs=1e-7)
+    assert found["contactTime"] == pytest.approx(time)
+
+
 @pytest.mark.parametrize(
     ("speed", "gravity"), [(0.08, 0.0), (0.3, 0.0), (3.0, 0.0), (0.05, 0.0), (0.08, 500.0), (50, 9.81)]
 )
@@ -277,13 +290,40 @@ def test_numbers_are_written_as_python_writes_them(run):
 def test_units_are_those_of_the_command_line(run):
     texts = [
         ("2.5 mm", "length"), ("70GPa", "pressure"), ("1e-3 cm/s", "speed"), (".5 g/cm^3", "density"), ("3. s", "time"),
+        ("2.5 g/cm3", "density"), ("2500 kg/m³", "density"), ("9 lb / ft**3", "density"), ("7e10 N/m^2", "pressure"),
+        ("7 kg m^-1 s^-2", "pressure"), ("3 µm", "length"), ("3 μm", "length"), ("70 mJ/m²", "energy per area"),
+        ("5 erg/cm2", "energy per area"), ("5 km/h", "speed"), ("981 cm/s^2", "acceleration"), ("2 in", "length"),
     ]  # fmt: skip
+    sizes = {(1, 0, 0): "m", (0, 1, 0): "kg", (0, 0, 1): "s", (1, 1, -2): "N", (-1, 1, -2): "Pa", (2, 1, -2): "J"}
+    for powers, units in page._UNITS.items():
+        assert all(quantity.decimal_in(f"1 {unit}", sizes[powers]) is not None for unit in units)
     found = run(f"page.parseQuantity('f', 'f', x[0], x[1], {SYSTEM!r})", texts)
     for (text, dimension), value in zip(texts, found, strict=True):
         assert value == pytest.approx(float(quantity.si_decimal(text, dimension)), rel=1e-15)
+    written = ["7*10^10", "7 × 10^10 Pa", "7,0e10", "7·10**10"]
+    assert run(f"page.parseQuantity('f', 'f', x, 'pressure', {SYSTEM!r})", written) == pytest.approx([7e10] * 4)
+    assert run(f"page.parseQuantity('f', 'f', x, '', {SYSTEM!r})", ["70 %", "−0,2"]) == pytest.approx([0.7, -0.2])
     betas = ["1.307 (s/cm)^(1/5)", "1.307", "2 (us/um)^(1/5)"]
     found = run(f"page.parseQuantity('f', 'f', x, 'beta', {SYSTEM!r})", betas)
     assert found == pytest.approx([1.307 * 100**0.2, 1.307, 2.0], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "refusal"),
+    [
+        ("1,250", "length", 'f is "1,250", which has two meanings: expected 1.250 or 1250'),
+        ("1.000,5", "length", 'f is "1.000,5": expected a number, in m unless it has a unit'),
+        ("sqrt(0.7)", "", 'f is "sqrt(0.7)": expected a number'),
+        ("0.7/1", "", 'f is "0.7/1": expected a number'),
+        ("70 cm", "", 'f has the unit "cm": expected none, or %'),
+        ("70 %", "length", 'f has the unit "%": expected a unit such as m or mm'),
+        ("5 kg/m", "density", 'f has the unit "kg/m": expected a unit such as kg/m^3 or g/cm^3'),
+        ("5 constructor", "time", 'f has the unit "constructor": expected a unit such as s or us'),
+        ("5 s/m", "beta", 'f has the unit "s/m": expected a unit such as (s/m)^(1/5)'),
+    ],
+)
+def test_other_texts_are_refused_in_a_line(run, text, dimension, refusal):
+    assert run(f"page.parseQuantity('f', 'f', x, {dimension!r}, {SYSTEM!r})", [text]) == [{"refused": refusal}]
 
 
 @pytest.mark.parametrize(

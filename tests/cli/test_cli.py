@@ -461,5 +461,5 @@ def test_a_minus_is_the_standard_output(words, ways, tmp_path, monkeypatch):
 def test_the_calculator_is_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     ran = called("calculator")
-    assert (ran.returncode, ran.stdout) == (0, "")
+    assert (ran.returncode, ran.stdout) == (0, "wrote calculator.html\n")
     assert (tmp_path / "calculator.html").read_text("utf-8").startswith("<!DOCTYPE html>")

@@ -123,6 +123,13 @@ BAD = [
     ("export c --accuracy 1e-12 --v-star-max 1000", "or a shorter interval"),
     ("export c --minimax 0/9 --v-star-max 1000", "expected other degrees"),
     ("export python --full", "as the kernel has a table"),
+    (
+        "export rust --from-speed 1e-5",
+        "expected c, as the kernel has a table, or a kernel without one (--accuracy 1e-5)",
+    ),
+    ("export js", "TARGET is 'js': expected javascript (an ES module), or script"),
+    *((f"export {name}", "expected c, whose headers are C++ headers, too") for name in ("cpp", "C++", "cxx")),
+    ("export c#", "expected csharp"),
     ("export c --from-speed 1e-6", "'1e-6' is not one of '1e-5', '5e-6', '1e-10', 'full'"),
     ("export c --from-speed 1e-10 --from-speed 1e-5", "expected one accuracy, as a file holds one kernel"),
     ("export latex --accuracy 1e-3", "compact_1em3 is no quotient of polynomials in v*, which latex expects"),

@@ -118,9 +118,9 @@ def test_errors_are_rounded_up():
     """What is printed of a bound is no smaller, and its range is no wider."""
     for bound in (bound for kernel in kernels() for bound in kernel.bounds):
         parts = [(unit, Fraction(number)) for number, unit in file.error_parts(bound)]
-        sizes = {name: sum(size for unit, size in parts if unit == name) for name in ("m", "r", "ulp")}
-        assert sizes["r" if bound.relative_to == "value" else "m"] >= bound.formula
-        assert sizes["m"] + sizes["r"] >= bound.relative + bound.last  # what m lacks, r has
+        sizes = {name: sum(size for unit, size in parts if unit == name) for name in ("min", "r", "ulp")}
+        assert sizes["r" if bound.relative_to == "value" else "min"] >= bound.formula
+        assert sizes["min"] + sizes["r"] >= bound.relative + bound.last  # what min lacks, r has
         assert sizes["ulp"] >= bound.ulps
         text = file.range_text(bound).partition(",")[0]
         low, high = re.search(r"(\S+) <= v", text), re.search(r"v\* <= (\S+)", text)

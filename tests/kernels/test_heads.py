@@ -90,7 +90,7 @@ def arguments(meaning, kind, generator):
 
 
 def exact_values(meaning, given):
-    """Return the exact result, v*, and what E m is relative to."""
+    """Return the exact result, v*, and what E min is relative to."""
     x = [mpf(float(number)) for number in given]
     if meaning in ("v_star", "v_star_from_loss", "beta"):
         v_star = v_star_of(1 - x[0], x[0]) if meaning == "v_star_from_loss" else v_star_of(x[0], 1 - x[0])
@@ -124,7 +124,7 @@ def test_stated_bounds_hold_where_they_are_stated(library, header):
         kernel = name.lower().removeprefix(f"{meaning}_") + suffix.lower()
         kind, form = (np.float32, FLOAT) if suffix else (np.float64, DOUBLE)
         error, condition = re.fullmatch(r"(.*?)(?:, host and device)?(?:, where (.*), as computed, .*)?", rest).groups()
-        sizes = {unit: Fraction(size) for size, unit in re.findall(r"(\S+) (m|r|ulp)\b", f"{first} {error}")}
+        sizes = {unit: Fraction(size) for size, unit in re.findall(r"(\S+) (min|r|ulp)\b", f"{first} {error}")}
         low, high = re.search(r"(\S+) <= v\*", error), re.search(r"v\* <= ([^ ,]+)", error)
         normal = re.split(r", | and ", condition) if condition else []
         with np.errstate(all="ignore"), mp.workdps(60):
@@ -137,7 +137,7 @@ def test_stated_bounds_hold_where_they_are_stated(library, header):
                 inside = (not low or v_star >= Fraction(low[1])) and (not high or v_star <= Fraction(high[1]))
                 if not inside or not all(form.least <= number < np.inf for number in numbers):
                     continue
-                allowed = sizes.get("m", 0) * smaller + sizes.get("r", 0) * value
+                allowed = sizes.get("min", 0) * smaller + sizes.get("r", 0) * value
                 allowed += sizes.get("ulp", 0) * form.ulp(value + allowed)
                 assert abs(Fraction(result) - value) <= allowed, (name, given, result)
                 used += 1
@@ -165,6 +165,6 @@ def test_the_cuda_header_states_what_holds_on_host_and_device(place):
         where = (place, "float") if suffix else ("host", "double")
         bounds = catalogue.kernel(f"compact {kernel.replace('m', '-')}").bound(function, *where)
         least = min(bound.relative + bound.last for bound in bounds if bound.high == bounds[-1].high)
-        stated = sum(Fraction(size) for size, unit in re.findall(r"(\S+) (m|r)\b", f"{first} {rest}"))
+        stated = sum(Fraction(size) for size, unit in re.findall(r"(\S+) (min|r)\b", f"{first} {rest}"))
         assert stated >= least
         assert ("host and device" in rest) == bool(suffix)

@@ -114,7 +114,7 @@ def test_modules_of_other_languages_pass_and_fail_with_a_wrong_constant(tmp_path
     assert printed.count("\n") > 10
 
 
-def test_a_file_that_is_missing_or_cut_is_named(tmp_path):
+def test_a_file_that_is_missing_or_cut_or_of_other_functions_is_named(tmp_path):
     compiler = compiled.compiler("c99")[0]
     (tmp_path / "cut.json").write_text((EXPORTS / COMPACT).read_text()[:60_000])
     (tmp_path / "folder.json").mkdir()
@@ -125,6 +125,12 @@ def test_a_file_that_is_missing_or_cut_is_named(tmp_path):
             done = subprocess.run([*words, tmp_path / name], capture_output=True, text=True, timeout=HANGS)
             assert (done.returncode, done.stderr.count("\n")) == (2, 1)
             assert re.match(rf"cannot read {tmp_path}/{name}\b.*\n", done.stderr)
+    # Vectors of other functions: a line says what to give.
+    in_node = [tool("node"), RUNNERS / "check.mjs"]
+    for words, name in (([tmp_path / "in_c"], COMPACT), ([tmp_path / "in_rust"], TABLE), (in_node, TABLE)):
+        done = subprocess.run([*words, EXPORTS / name], capture_output=True, text=True, timeout=HANGS)
+        assert (done.returncode, done.stdout) == (1, "0 of 0 pass\n")
+        assert re.match(r"no vector is of a function .*: (give|change) .*\n$", done.stderr)
     for words in (["bit"], ["bits", "bits"], []):
         paths = [EXPORTS / COMPACT] * bool(words)
         done = subprocess.run([tmp_path / "in_c", *paths, *words], capture_output=True, text=True, timeout=HANGS)

@@ -22,7 +22,7 @@ from viscopade.kernels.write.runners import ToolchainError
 from viscopade_lab import bench
 from viscopade_lab.bench import libraries, ours, picture, rivals
 from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR
-from viscopade_lab.bench.harness import RUNS, BenchError, Harness, Key, Sizes, Task, c_file, in_rounds
+from viscopade_lab.bench.harness import RUNS, BenchError, Harness, Key, Sizes, Task, c_file, in_rounds, proven_error
 from viscopade_lab.bench.result import COLUMNS, HEADER, Row, from_csv, table, to_csv
 from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN, speeds
 
@@ -163,6 +163,15 @@ def test_an_error_beyond_its_proof_is_refused(exported):
     wrong = replace(kernel, proven={"double": smaller})
     with pytest.raises(BenchError, match=r"^speed-1e-10 \(double, latency\) contradicts its proof: "):
         exported.errors(wrong, DOUBLE)
+
+
+def test_an_error_relative_to_eps_is_larger_relative_to_one_minus_eps():
+    (kernel,) = (kernel for kernel in ours.contenders() if kernel.id == "minimax-2.84e-6")
+    bound = kernel.proven["float"]
+    (eps,), (loss,) = exact_at(np.array([SPEED_MIN]), np.array([BETA]))
+    error = float(bound.relative) * loss + float(bound.last) * eps  # what the bound allows at the lowest speed
+    assert error == pytest.approx(float(proven_error(bound, FLOAT)) * loss, rel=1e-12)
+    assert error > 1.2 * loss * float(bound.relative + bound.last)
 
 
 def test_what_is_proven_is_what_the_headers_state():

@@ -14,7 +14,7 @@ import pytest
 from mpmath import mp, mpf
 
 from viscopade.collision import exact
-from viscopade.plots.sheet import STYLE, Page
+from viscopade.plots.sheet import Page
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
@@ -137,10 +137,10 @@ def test_settings_of_the_user_change_nothing(tmp_path):
 
 
 def test_a_page_has_its_size_and_its_letters():
-    with drawn(NAME, Page(size=(5, 4), font_size=15)) as sheet:
+    with drawn(NAME, Page(size=(5, 4), font_size=17)) as sheet:
         assert sheet.get_size_inches().tolist() == [5, 4]
-        assert sheet.axes[0].xaxis.label.get_size() == 2 * STYLE["axes.labelsize"]
-        assert {text.get_size() for text in sheet.axes[0].texts} == {14}  # twice the usual 7 points
+        assert sheet.axes[0].xaxis.label.get_size() == 17
+        assert {text.get_size() for text in sheet.axes[0].texts} == {14}  # twice the usual 7 points, as labels have 8.5
     text = render([NAME], ["svg"], Page(size=(5, 4), font_size=15))[f"{NAME}.svg"].decode()
     assert f"viscopade figures --only {NAME} --format svg --size 0.127 0.1016 --font-size 15" in " ".join(text.split())
 

@@ -6,6 +6,9 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
@@ -65,13 +68,26 @@ def notebook(source: str) -> str:
     return "\n\n".join(blocks)
 
 
-def derivation(source: str) -> str:
-    """Return a program in cells, `# %%`, as Markdown."""
-    blocks = []
+def cells(source: str) -> Iterator[tuple[bool, str]]:
+    """Yield the cells, `# %%`, of a program: whether a cell is Markdown, and its text."""
     for cell in re.split(r"^# %%", source, flags=re.MULTILINE)[1:]:
         kind, _, text = cell.partition("\n")
-        prose = re.sub(r"^# ?", "", text, flags=re.MULTILINE)
-        blocks.append(prose if kind.strip() == "[markdown]" else code(text.strip(), "python"))
+        is_markdown = kind.strip() == "[markdown]"
+        yield is_markdown, re.sub(r"^# ?", "", text, flags=re.MULTILINE) if is_markdown else text.strip()
+
+
+def derivation(source: str) -> str:
+    """Run a program in cells and return it as Markdown, with what each cell prints below the cell."""
+    blocks, names = list[str](), {"__name__": "__main__"}
+    for is_markdown, text in cells(source):
+        if is_markdown:
+            blocks.append(text)
+            continue
+        with redirect_stdout(StringIO()) as printed:
+            exec(text, names)
+        blocks.append(code(text, "python"))
+        if printed.getvalue():
+            blocks.append(code(printed.getvalue(), "text", "output"))
     return "\n\n".join(blocks)
 
 

@@ -26,22 +26,22 @@ _EXTRA = ((4, 7), (5, 8))
 """Padé approximants of the page beside those of the paper's table; a choice."""
 
 _UNITS = {
-    "length": ("m", "cm", "mm", "um", "nm", "km"),
-    "speed": ("m/s", "cm/s", "mm/s", "um/us", "um/s", "km/s", "km/h"),
-    "pressure": ("Pa", "kPa", "MPa", "GPa", "dyn/cm^2", "pg/um/us^2"),
-    "density": ("kg/m^3", "g/cm^3", "t/mm^3", "pg/um^3"),
-    "time": ("s", "ms", "us", "ns", "h"),
-    "acceleration": ("m/s^2", "cm/s^2", "mm/s^2", "um/us^2"),
-    "energy per area": ("J/m^2", "mJ/m^2", "erg/cm^2", "mJ/mm^2", "fJ/um^2"),
+    (1, 0, 0): ("m", "dm", "cm", "mm", "um", "nm", "km", "in", "ft"),
+    (0, 1, 0): ("kg", "g", "mg", "ug", "pg", "t", "lb"),
+    (0, 0, 1): ("s", "ms", "us", "ns", "min", "h"),
+    (1, 1, -2): ("N", "kN", "mN", "uN", "dyn"),
+    (-1, 1, -2): ("Pa", "hPa", "kPa", "MPa", "GPa", "bar", "psi"),
+    (2, 1, -2): ("J", "mJ", "uJ", "nJ", "fJ", "erg"),
 }
-"""The units of the page's fields; the command line accepts more."""
+"""Units of the page by their powers of length, mass and time; fields take products of them, as the command line."""
+_DIMENSIONS = ("length", "speed", "pressure", "density", "time", "acceleration", "energy per area")
 _SYSTEMS = {
     "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s", "m/s^2", "J/m^2"),
     "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s", "cm/s^2", "erg/cm^2"),
     "mm, t, s (MPa)": ("mm", "mm/s", "MPa", "t/mm^3", "s", "mm/s^2", "mJ/mm^2"),
     "um, pg, us": ("um", "um/us", "pg/um/us^2", "pg/um^3", "us", "um/us^2", "fJ/um^2"),
 }
-"""Consistent units of plain numbers, in the order of `_UNITS`."""
+"""Consistent units of plain numbers, in the order of `_DIMENSIONS`."""
 
 _TITLES = {
     "viscoelastic": "viscoelastic spheres",
@@ -110,9 +110,11 @@ def _facts() -> dict[str, Any]:
         "laws": _laws(),
         # The approximants of the paper's table, by their degrees (m, n), and two more.
         "pade": [_pade(m, n) for m, n in (*TABLE, *_EXTRA)],
-        # By dimension and unit, the size in SI units; and the units of plain numbers by system.
-        "units": {d: {u: _factor(u, d) for u in units} for d, units in _UNITS.items()},
-        "systems": {name: dict(zip(_UNITS, units, strict=True)) for name, units in _SYSTEMS.items()},
+        # By unit, its size in SI units and its powers; by dimension, the SI unit and another; by system, units of plain
+        # numbers.
+        "units": {unit: [_si_size(unit), *powers] for powers, units in _UNITS.items() for unit in units},
+        "dimensions": {dimension: quantity.DIMENSIONS[dimension] for dimension in _DIMENSIONS},
+        "systems": {name: dict(zip(_DIMENSIONS, units, strict=True)) for name, units in _SYSTEMS.items()},
         # Where the model ends, as for the command line: compression over radius, speed over that of yield, contact time
         # over the time of sound, A over the contact time, and the pressure at yield over the strength.
         "limits": {
@@ -131,12 +133,12 @@ def _facts() -> dict[str, Any]:
     }
 
 
-def _factor(unit: str, dimension: str) -> float:
-    """Return the size of a unit in the SI unit of its dimension: 0.01 for cm."""
-    factor = quantity.si_decimal(f"1 {unit}", dimension)
-    if factor is None:
-        raise ValueError(f"{unit} is no unit of {dimension}")
-    return float(factor)
+def _si_size(unit: str) -> float:
+    """Return the size of a unit in SI base units: 0.01 for cm."""
+    size = quantity.decimal_in(f"1 {unit}", None)
+    if size is None:
+        raise ValueError(f"{unit} is no unit")
+    return float(size)
 
 
 def _laws() -> list[dict[str, Any]]:

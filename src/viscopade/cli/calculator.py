@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from viscopade.cli.console import Command, command_line, examples, output_option, write_or_print
+from viscopade.cli.console import Command, command_line, examples, output_option, say, write_or_print
 
 
 @click.command("calculator", cls=Command, epilog=examples("viscopade calculator", "viscopade calculator -o ball.html"))
@@ -20,6 +20,8 @@ def calculator_command(output: Path | None) -> None:
     from viscopade.calculator import page
 
     write_or_print(page.page(command_line()), output)
+    if output is not None:
+        say(f"wrote {output}")
 
 
 COMMANDS = (calculator_command,)

@@ -34,10 +34,17 @@ if TYPE_CHECKING:
     from viscopade.scene.description import Scene
 
 _SERIES = ("series-csv", "series-json", "series-latex")
+# Other names of languages -> what to type.
+_LANGUAGES = {
+    **dict.fromkeys(("c++", "cpp", "cxx"), "c, whose headers are C++ headers, too"),
+    **dict.fromkeys(("c#", "cs"), "csharp, for C#"),
+    "js": "javascript (an ES module), or script",
+}
+_OTHERS = {name: f"TARGET is {name!r}: expected {meant}" for name, meant in _LANGUAGES.items()}
 
 
 @click.command(cls=Command, epilog=examples("viscopade export fortran --accuracy 1e-5 --output viscopade.f90"))
-@click.argument("target", metavar="TARGET", type=OneOf([*TARGETS, *_SERIES, "version-header"]))
+@click.argument("target", metavar="TARGET", type=OneOf([*TARGETS, *_SERIES, "version-header"], _OTHERS))
 @option(
     "--pade",
     type=Degrees(),

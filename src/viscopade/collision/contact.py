@@ -479,7 +479,7 @@ def damping_factor(
     epsilon : float
         Wanted coefficient of restitution, > 0 and < 1.
     near : float
-        Start of the search, > 0. The search extends over a factor of e^100 to either side.
+        Start of the search, > 0. The search extends over a factor of e^204 to either side.
     speed, step, scheme, phases
         As for `Contact.collide`.
 

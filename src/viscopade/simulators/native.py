@@ -886,7 +886,7 @@ def _in_steps(native: Native, values: Values, file_impact: Impact) -> tuple[Impa
     # More than 5000 steps are computed as infinitely many; from 2 on there is nothing to say.
     if steps > _MOST_STEPS:
         return replace(file_impact, step=None), [
-            f"A contact has {steps:.2g} time steps: this is eps with infinitely many"
+            f"A contact has {steps:.2g} time steps: this is eps with infinitely many, which differs by less than 0.001"
         ]
     if steps >= _FEW_STEPS:
         return file_impact, []

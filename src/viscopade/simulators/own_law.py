@@ -476,7 +476,10 @@ class OwnLawContact:
         if not load and step is None:
             return self._continuum_kappa
         if step is not None and step < _SHORTEST_STEP:
-            raise ValueError(f"time-step is {step:.4g} contact times: so short a one needs no number, leave it out")
+            raise ValueError(
+                f"time-step is {step:.4g} contact times: expected at least {_SHORTEST_STEP}, or none, with which the "
+                "mean eps differs by less than 0.005"
+            )
         if step is not None and not step <= 1:
             raise TooFewSteps(f"time-step is {step:.4g} contact times")
         # A search for the kappa whose mean eps, in these steps and with this load, is the goal.

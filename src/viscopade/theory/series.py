@@ -350,9 +350,10 @@ def _require_memory(orders: int, digits: int, law: Law) -> None:
         # The message has the largest number of digits that fits: one less than the first that does not, as memory grows
         # with the digits. `MOST_MEMORY` is a choice.
         fewer = bisect_left(range(digits), True, key=lambda number: gigabytes(number) > MOST_MEMORY) - 1
+        expected = f"to this order up to {fewer} digits" if fewer > 0 else "a lower order"
         raise ValueError(
             f"{digits} digits of a series to this order need about {gigabytes(digits):.0f} GB of memory: expected what "
-            f"needs at most {MOST_MEMORY} GB, to this order up to {fewer} digits"
+            f"needs at most {MOST_MEMORY} GB, {expected}"
         )
 
 

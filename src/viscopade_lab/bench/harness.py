@@ -247,9 +247,9 @@ def proven_error(bound: ErrorBound, form: Format) -> Fraction:
 
     Of a bound, `relative` is relative to that smaller one, `last` to eps, and `ulps` are ulp of eps.
     """
-    # `last` counts as it is, like an error relative to the smaller one; relative to 1 - eps = 0.3 at the lowest speed
-    # it would be 2.4 times as large.
-    return bound.relative + bound.last + bound.ulps * Fraction(ulp_of_eps(form))
+    # 1 - eps is least at the lowest speed, where it is 0.3: there eps is 2.4 times as large.
+    ratio = 1 / Fraction(float(double.one_minus_epsilon(spheres.v_star(SPEED_MIN, BETA)))) - 1
+    return bound.relative + bound.last * max(ratio, 1) + bound.ulps * Fraction(ulp_of_eps(form))
 
 
 def allowed_error(bound: ErrorBound, form: Format) -> float:

@@ -20,19 +20,20 @@ function general(x, digits) {
   return `${short(mantissa)}e${sign}${String(Math.abs(exponent)).padStart(2, "0")}`;
 }
 
-// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.units, "",
-// "beta" and "slowness". A decimal comma is read as a point, but for "1,000", which may mean 1000.
+// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.dimensions,
+// "", "beta" and "slowness". A decimal comma is read as a point, except in "1,000", which may mean 1000.
 function parseQuantity(field, label, text, dimension, system) {
   const unit = unitOf(dimension, system);
-  const accepted = unit ? `a number, in ${unit} unless it has a unit` : "a number";
-  if (/^\s*[+-]?[1-9]\d{0,2},\d{3}(?!\d)/.test(text)) refuse(field, `${label} is "${text.trim()}": expected ${accepted}, without a comma for thousands`);
-  const match = /^\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*$/.exec(text);
-  if (!match) refuse(field, `${label} is "${text.trim()}": expected ${accepted}`);
-  const factor = match[2] ? factorOf(dimension, match[2]) : factorOf(dimension, unit);
-  if (factor === undefined) {
-    const known = dimension in FACTS.units ? Object.keys(FACTS.units[dimension]).join(", ") : unit || "none";
-    refuse(field, `${label} has the unit "${match[2]}": expected ${known}`);
-  }
+  const typed = text.trim();
+  if (/^[+-]?[1-9]\d{0,2},\d{3}(?![\d.,])/.test(typed))
+    refuse(field, `${label} is "${typed}", which has two meanings: expected ${typed.replace(",", ".")} or ${typed.replace(",", "")}`);
+  // A typographic minus, and 7*10^10 for 7e10.
+  const plain = typed.replace(/\u2212/g, "-").replace(/(\d) ?[*\u00d7\u00b7x] ?10(?:\^|\*\*)([+-]?\d{1,3})/, "$1e$2");
+  const match = /^([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d{1,3})?)\s*([a-z\u00b5\u03bc(%].*)?$/i.exec(plain);
+  if (!match) refuse(field, `${label} is "${typed}": expected ${unit ? `a number, in ${unit} unless it has a unit` : "a number"}`);
+  const factor = factorOf(dimension, match[2] ?? unit);
+  if (factor === undefined)
+    refuse(field, `${label} has the unit "${match[2]}": expected ${dimension ? `a unit such as ${(FACTS.dimensions[dimension] ?? [unit]).join(" or ")}` : "none, or %"}`);
   return Number(match[1].replace(",", ".")) * factor;
 }
 
@@ -44,12 +45,31 @@ function unitOf(dimension, system) {
   return dimension ? units[dimension] : "";
 }
 
+// The size of a unit of a dimension in SI units, undefined for any other text.
 function factorOf(dimension, unit) {
-  if (!dimension) return unit ? undefined : 1;
-  if (dimension !== "beta" && dimension !== "slowness") return FACTS.units[dimension][unit];
-  const match = (dimension === "beta" ? /^\((\w+)\/(\w+)\) ?(?:\^|\*\*) ?\(1\/5\)$/ : /^(\w+)\/(\w+)$/).exec(unit);
-  const speed = match && FACTS.units.speed[`${match[2]}/${match[1]}`];
-  return speed && (dimension === "beta" ? speed ** -0.2 : 1 / speed);
+  if (!dimension) return { "": 1, "%": 0.01 }[unit];
+  const isBeta = dimension === "beta";
+  const base = isBeta ? /^\((.*)\) ?(?:\^|\*\*) ?\(1\/5\)$/.exec(unit)?.[1] : unit;
+  const [size, ...powers] = productOfUnits(base ?? "");
+  const [, ...wanted] = productOfUnits(FACTS.dimensions[dimension]?.[0] ?? "s/m");
+  if (!powers.length || powers.some((power, i) => power !== wanted[i])) return undefined;
+  return isBeta ? size ** 0.2 : size;
+}
+
+// The size in SI units of a product such as "kg m^-3" or "g/cm3", and its powers of length, mass and time; or [].
+// It is what `viscopade.quantity` reads, for the units of FACTS.
+function productOfUnits(text) {
+  const plain = text.trim().replace(/[\u207b\u00b9\u00b2\u00b3\u00b5\u03bc]/g, (c) => ({ "\u207b": "-", "\u00b9": "1", "\u00b2": "2", "\u00b3": "3" })[c] ?? "u");
+  const power = "[A-Za-z]+(?:(?:\\^|\\*\\*)?-?[1-9])?";
+  if (!RegExp(`^${power}(?:(?: ?[*/\u00b7] ?| )${power})*$`).test(plain)) return [];
+  let product = [1, 0, 0, 0];
+  for (const [, slash, name, exponent] of plain.matchAll(/(\/?) ?([A-Za-z]+)(?:\^|\*\*)?(-?[1-9])?/g)) {
+    if (!Object.hasOwn(FACTS.units, name)) return [];
+    const [size, ...powers] = FACTS.units[name];
+    const n = Number(exponent ?? 1) * (slash ? -1 : 1);
+    product = [product[0] * size ** n, ...powers.map((each, i) => product[i + 1] + n * each)];
+  }
+  return [Number(product[0].toPrecision(15)), ...product.slice(1)]; // 1000 for g/cm^3, not 999.9999999999998
 }
 
 function inUnit(x, dimension, system) {
@@ -85,6 +105,7 @@ function logOdds(table, s) {
 }
 
 const isPaper = (law, end) => law === FACTS.laws[0] && end === "force";
+const isHertz = (law) => law.a === 1.5;
 const lawOf = (name) => FACTS.laws.find((law) => law.name === name);
 const tableOf = (law, end) => law.ends[end] || law.ends.force;
 
@@ -203,11 +224,12 @@ function fallOf(law, end, kappa, gravity, time, speed) {
   return { ...found, sticking: stickingSpeed(epsilonAt, speed, 40) };
 }
 
-// The kappa with which a body that falls from a height rebounds with eps, its weight included; null if there is none.
+// The kappa with which a body that falls rebounds with eps, its weight included; null if there is none. G is a function
+// of kappa.
 function kappaOfDrop(law, end, epsilon, G) {
   let [low, high] = [1e-9, 1e3].map(Math.log);
   // Where the damping is too strong for the steps (null), eps is certainly smaller.
-  const isAbove = (s) => (withLoad(law, end, Math.exp(s), G) ?? 0) > epsilon;
+  const isAbove = (s) => (withLoad(law, end, Math.exp(s), G(Math.exp(s))) ?? 0) > epsilon;
   if (!isAbove(low) || isAbove(high)) return null;
   for (let i = 0; i < 50; i += 1) {
     const middle = (low + high) / 2;
@@ -269,7 +291,7 @@ function pairOf(first, second) {
 
 // kappa at the impact speed, from the damping as it is given.
 function kappaOf(input, law, pair) {
-  const { by, damping, speed, at } = input;
+  const { by, damping, speed, at, height } = input;
   const paper = law === FACTS.laws[0];
   if (by === "epsilon") {
     const found = kappaFrom(law, input.end, damping);
@@ -277,11 +299,10 @@ function kappaOf(input, law, pair) {
     return found * (speed / at) ** law.power;
   }
   if (by === "drop") {
-    const impact = Math.sqrt(2 * input.gravity * input.height);
-    const G = (input.gravity * impact ** -0.2) / pair.stiffness / impact;
-    const found = kappaOfDrop(law, input.end, damping, G);
-    if (found === null) refuse("damping", `eps is ${general(damping, 6)}: expected an eps < 1 that a ball which falls from this height can have`);
-    return found * (speed / impact) ** law.power;
+    const epsilon = Math.sqrt(damping / height);
+    const found = kappaOfDrop(law, input.end, epsilon, (kappa) => (input.gravity * timeUnit(input, law, pair, kappa)) / speed);
+    if (found === null) refuse("damping", `eps = sqrt(${general(damping / height, 6)}) = ${general(epsilon, 6)}: expected a rebound that a ball with this contact can have`);
+    return found;
   }
   if (by === "kappa") return paper ? damping * damping : damping;
   if (by === "own") return law.factor * damping * speed ** law.power;
@@ -293,9 +314,16 @@ function meanOfA(pair, first, second) {
   return second === undefined || second === null ? first : first + (1 - pair.share) * (second - first);
 }
 
-// All that the page says of a collision. `input` has law, end, speed, by, damping, at, height, second (the A of the other
-// body, or null), bodies (null, or [first, second]), strength (or null), gravity (of a body that falls on a wall, or
-// null), adhesion (the work of adhesion, or null), and system for the sentences.
+// The unit of time of the scaled equation: from the bodies, or from the contact time at this speed; undefined without.
+function timeUnit({ speed, end, contactTime }, law, pair, kappa) {
+  if (pair && isHertz(law)) return speed ** -0.2 / pair.stiffness;
+  return contactTime ? contactTime / course(law, end, kappa)?.duration : undefined;
+}
+
+// All that the page says of a collision. `input` has law, end, speed, by, damping (of a drop the height of the rebound),
+// at, height (of a drop; the speed is that of the impact), second (the A of the other body, or null), bodies (null, or
+// [first, second]), contactTime (at the speed, where the bodies do not give it, or null), strength (or null), gravity (of
+// a body that falls on a wall, or null), adhesion (the work of adhesion, or null), and system for the sentences.
 function calculate(input) {
   const law = lawOf(input.law);
   const pair = input.bodies && pairOf(...input.bodies);
@@ -314,13 +342,13 @@ function calculate(input) {
   } else if (law.symbol) {
     answer.own = kappa / law.factor / input.speed ** law.power;
   }
-  if (pair && law.a === 1.5 && scaled) {
-    answer.compression = (scaled.compression * input.speed ** 0.8) / pair.stiffness;
-    answer.contactTime = (scaled.duration * input.speed ** -0.2) / pair.stiffness;
-    answer.overlap = answer.compression / Math.min(pair.first.radius, pair.second.radius);
+  const time = timeUnit(input, law, pair, kappa);
+  if (time && scaled) {
+    answer.compression = scaled.compression * input.speed * time;
+    answer.contactTime = scaled.duration * time;
+    if (pair) answer.overlap = answer.compression / Math.min(pair.first.radius, pair.second.radius);
   }
-  if (pair && pair.second.radius === Infinity && law.a === 1.5 && input.gravity > 0) {
-    const time = input.speed ** -0.2 / pair.stiffness;
+  if (time && (!pair || isWall(pair)) && input.gravity > 0) {
     answer.fall = fallOf(law, input.end, kappa, input.gravity, time, input.speed);
   }
   if (pair && isPaper(law, input.end) && input.adhesion > 0) {
@@ -497,7 +525,7 @@ function softLine(program, answer, input) {
   }
   if (program.kappa.per === "speed") numbers.parameter /= input.speed;
   if (program.kappa.per === "root of stiffness") {
-    if (answer.contactTime === undefined) return { reason: "A contact time is needed: give the bodies, and a law with Hertz's force." };
+    if (answer.contactTime === undefined) return { reason: "Give the contact time, or bodies and a law with Hertz's force." };
     const root = course(law, program.law.end, kappa).duration / answer.contactTime;
     numbers.stiffness = root * root;
     numbers.parameter *= root;

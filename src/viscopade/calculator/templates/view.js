@@ -2,13 +2,14 @@
 
 const $ = (id) => document.getElementById(id);
 const STATE = [
-  ...["law", "end", "system", "speed", "by", "damping", "at", "height", "bodies", "radius", "density", "young", "poisson"],
+  ...["law", "end", "system", "speed", "by", "damping", "at", "height", "contact", "bodies", "radius", "density", "young", "poisson"],
   ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "adhesion", "from", "to", "logarithmic", "vertical", "program"],
 ];
 const FIELDS = {
   speed: ["impact speed", "speed"],
   at: ["the speed of eps", "speed"],
   height: ["the drop height", "length"],
+  contact: ["the contact time", "time"],
   radius: ["radius", "length"],
   density: ["density", "density"],
   young: ["Young modulus", "pressure"],
@@ -24,6 +25,9 @@ const FIELDS = {
   from: ["the slowest speed", "speed"],
   to: ["the fastest speed", "speed"],
 };
+// Least and largest usual values of solid bodies in SI units, to notice a unit that was forgotten: choices, from dust to
+// a boulder, from a balloon to beyond osmium (22,590 kg/m^3), and from soft gels to beyond diamond (1.2e12 Pa).
+const USUAL = { radius: [1e-7, 0.5], density: [5, 25000], young: [1e3, 2e12] };
 const MARK = "\u25b8";
 let answer = null;
 let input = null;
@@ -50,7 +54,7 @@ const setValue = (id, value) => {
 function ways(law) {
   const paper = law === FACTS.laws[0];
   const found = { epsilon: ["eps at a speed", "eps", "", 0.02, 0.999] };
-  if (law.a === 1.5) found.drop = ["eps of a drop, with the weight", "eps", "", 0.02, 0.999];
+  found.drop = ["a drop and its rebound", "Height of the rebound", "length", 0.02, 0.999]; // the slider is for eps
   if (paper) {
     found.A = ["A, a property of the material", "A", "time", 1e-10, 0.1];
     found.beta = ["beta = 3/2 A (rho/m_eff)^(2/5)", "beta", "beta", 1e-3, 10];
@@ -79,7 +83,7 @@ const ratio = (id) => number(id, "a number > -1 and <= 0.5", (x) => x > -1 && x 
 const body = (end) => ({ radius: positive(`radius${end}`), density: positive(`density${end}`), young: positive(`young${end}`), poisson: ratio(`poisson${end}`) });
 
 function bodies() {
-  if (!$("bodies").checked) return null;
+  if (!$("bodies").checked || !isHertz(lawOf($("law").value))) return null;
   const first = body("");
   const kind = $("kind").value;
   if (kind === "same") return [first, first];
@@ -93,23 +97,27 @@ function bodies() {
 function read() {
   const by = $("by").value;
   const found = { law: $("law").value, end: $("end").value, by, system: $("system").value };
-  found.speed = positive("speed");
-  found.damping =
-    by === "epsilon" || by === "drop"
-      ? number("damping", "a number > 0 and <= 1, from 1e-9 on", (x) => x >= 1e-9 && x <= 1)
-      : number("damping", "a number >= 0, up to 1e20 in SI units", (x) => x >= 0 && x <= 1e20);
+  if (by !== "drop") found.speed = positive("speed");
+  if (by === "epsilon") found.damping = number("damping", "a number > 0 and <= 1, from 1e-9 on", (x) => x >= 1e-9 && x <= 1);
+  else if (by !== "drop") found.damping = number("damping", "a number >= 0, up to 1e20 in SI units", (x) => x >= 0 && x <= 1e20);
   found.at = by === "epsilon" ? positive("at") : null;
   found.bodies = bodies();
   if (by === "A" && !found.bodies) refuse("bodies", "A needs the bodies: expected A with bodies, or beta, v*, or eps at a speed");
-  const filledIn = (id) => found.bodies && $(id).value.trim() !== "";
-  found.strength = filledIn("strength") ? positive("strength") : null;
+  const filledIn = (id) => $(id).value.trim() !== "";
+  found.strength = found.bodies && filledIn("strength") ? positive("strength") : null;
   const other = by === "A" && ["sphere", "otherwall"].includes($("kind").value);
-  const walls = found.bodies && ["wall", "otherwall"].includes($("kind").value);
-  found.gravity = walls && filledIn("gravity") ? number("gravity", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
-  found.height = by === "drop" ? positive("height") : null;
-  if (by === "drop" && !(found.gravity > 0)) refuse("gravity", "a drop needs a wall and gravity: expected a ball on a wall, with gravity > 0");
-  const paper = isPaper(lawOf(found.law), found.end);
-  found.adhesion = paper && filledIn("adhesion") ? number("adhesion", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
+  found.contactTime = !found.bodies && filledIn("contact") ? positive("contact") : null;
+  const falls = !found.bodies || ["wall", "otherwall"].includes($("kind").value);
+  found.gravity = falls && filledIn("gravity") ? number("gravity", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
+  if (by === "drop") {
+    if (!(found.gravity > 0)) refuse("gravity", "a drop needs a wall and gravity: expected a ball on a wall, with gravity > 0");
+    if (!found.bodies && !found.contactTime) refuse("contact", "a drop needs a contact time, as the weight acts during the contact: expected a time > 0");
+    found.height = positive("height");
+    found.damping = number("damping", `a height > 0 and below ${$("height").value.trim()}, from which the ball falls`, (x) => x >= 1e-18 * found.height && x < found.height);
+    found.speed = Math.sqrt(2 * found.gravity * found.height);
+    $("speed").value = general(inUnit(found.speed, "speed", found.system), DIGITS);
+  }
+  found.adhesion = found.bodies && isPaper(lawOf(found.law), found.end) && filledIn("adhesion") ? number("adhesion", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   found.second = other && filledIn("second") ? number("second", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   return found;
 }
@@ -123,11 +131,12 @@ function scaleOf(id) {
     return { to: (x) => Math.log(x / low) / Math.log(high / low), from: (p) => low * (high / low) ** p };
   }
   const [, , , low, high] = wayNow();
-  if (["epsilon", "drop"].includes($("by").value)) {
-    return {
-      to: (x) => (logit(x) - logit(low)) / (logit(high) - logit(low)),
-      from: (p) => 1 / (1 + Math.exp(-(logit(low) + p * (logit(high) - logit(low))))),
-    };
+  const [span, epsilonAt] = [logit(high) - logit(low), (p) => 1 / (1 + Math.exp(-(logit(low) + p * span)))];
+  const placeOf = (epsilon) => (logit(epsilon) - logit(low)) / span;
+  if ($("by").value === "epsilon") return { to: placeOf, from: epsilonAt };
+  if ($("by").value === "drop") {
+    const height = positive("height");
+    return { to: (x) => placeOf(Math.sqrt(x / height)), from: (p) => height * epsilonAt(p) ** 2 };
   }
   return { to: (x) => Math.log(x / low) / Math.log(high / low), from: (p) => low * (high / low) ** p };
 }
@@ -149,19 +158,20 @@ function placeSlider(id, x) {
 const DIGITS = 7;
 const quantityText = (x, dimension) => `${general(inUnit(x, dimension, input.system), DIGITS)} ${unitOf(dimension, input.system)}`.trim();
 
+// The rows of the first table, and those of the folded one.
 function rows() {
   const { law, scaled } = answer;
   const paper = law === FACTS.laws[0];
+  const more = [["1 - eps", general(answer.loss, DIGITS), answer.loss]];
   const found = [
-    ["eps", general(answer.epsilon, DIGITS), answer.epsilon],
-    ["1 - eps", general(answer.loss, DIGITS), answer.loss],
+    [input.by === "drop" ? "eps, without weight" : "eps", general(answer.epsilon, DIGITS), answer.epsilon],
     ["Speed after the collision", quantityText(answer.rebound, "speed")],
   ];
   const { fall } = answer;
   const without = fall ? ", without weight" : "";
   if (answer.contactTime !== undefined) {
     found.push([`Contact time${without}`, quantityText(answer.contactTime, "time"), answer.contactTime]);
-    found.push([`Largest overlap${without}`, `${quantityText(answer.compression, "length")}, ${general(100 * answer.overlap, 4)} % of the radius`, answer.compression]);
+    found.push([`Largest overlap${without}`, quantityText(answer.compression, "length") + (answer.overlap === undefined ? "" : `, ${general(100 * answer.overlap, 4)} % of the radius`), answer.compression]);
   } else if (scaled) {
     const power = (x) => general(x, 4);
     const k = "(k/m)";
@@ -176,7 +186,7 @@ function rows() {
   if (fall) {
     const heavy = fall.epsilon === null ? "out of range of this page" : fall.epsilon ? general(fall.epsilon, 6) : "0: it stays down";
     found.push(["eps with weight, if it falls", heavy, fall.epsilon]);
-    found.push(["g t_c / v", general(fall.share, 3), fall.share]);
+    more.push(["g t_c / v", general(fall.share, 3), fall.share]);
     if (fall.sticking !== null) found.push(["Stays down below", `${general(inUnit(fall.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, fall.sticking]);
   }
   const { adhesion } = answer;
@@ -185,12 +195,41 @@ function rows() {
     found.push([input.gravity > 0 ? "eps with adhesion and weight" : "eps with adhesion", sticky, adhesion.epsilon]);
     if (adhesion.sticking !== null) found.push(["Sticks below", `${general(inUnit(adhesion.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, adhesion.sticking]);
   }
-  if (paper) found.push(["v*", general(answer.vStar, DIGITS)]);
-  found.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
-  if (answer.beta !== undefined) found.push(["beta", quantityText(answer.beta, "beta"), answer.beta]);
-  if (answer.A !== undefined) found.push(["A of the pair", quantityText(answer.A, "time"), answer.A]);
-  if (answer.own !== undefined) found.push([law.symbol, quantityText(answer.own, law.power ? "slowness" : "")]);
-  return found;
+  if (paper) more.push(["v*", general(answer.vStar, DIGITS)]);
+  more.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
+  if (answer.beta !== undefined) more.push(["beta", quantityText(answer.beta, "beta"), answer.beta]);
+  if (answer.A !== undefined) more.push(["A of the pair", quantityText(answer.A, "time"), answer.A]);
+  if (answer.own !== undefined) more.push([law.symbol, quantityText(answer.own, law.power ? "slowness" : "")]);
+  return { numbers: found, "more-numbers": more };
+}
+
+const SMALL_SHARE = 0.01; // of g t_c/v: below, weight changes the loss of energy by about 1 % or less
+
+// What is given, and what the speed does: the input is eps at one speed, or the damping.
+function explanation() {
+  const { power } = answer.law;
+  const bodies = input.bodies ? " The bodies give the contact time and the overlap, not eps."
+    : answer.fall ? " With weight, eps is that of the law: a program may give another eps." : "";
+  const shares = { "-1": "a smaller share", 0: "the same share", 1: "a larger share" };
+  if (input.by === "drop") {
+    const [from, to] = [input.height, input.damping].map((height) => quantityText(height, "length"));
+    return `The ball falls from ${from} and rebounds to ${to}: eps = sqrt(${to}/${from}) = ${general(Math.sqrt(input.damping / input.height), DIGITS)} with its weight.${bodies}`;
+  }
+  if (input.by !== "epsilon") return `You gave ${wayNow()[1]}${input.by === "A" ? " and the bodies" : ""}; eps follows from the impact speed.`;
+  const faster = answer.fall?.share > SMALL_SHARE ? "Without weight, a faster impact" : "A faster impact";
+  const loss = answer.adhesion || !answer.kappa ? "" : ` ${faster} loses ${shares[Math.sign(power)]} of its energy.`;
+  return `You gave eps = ${general(input.damping, DIGITS)} at ${quantityText(input.at, "speed")}.${loss}${bodies}`;
+}
+
+// Values of the bodies that are not usual: a unit may be missing.
+function unusual() {
+  if (!input.bodies) return [];
+  const entries = input.bodies.flatMap((each, i) => Object.keys(USUAL).map((key) => [key + (i ? "2" : ""), each[key], USUAL[key]]));
+  const isOdd = ([id, x, [low, high]]) => $(`row-${id}`).offsetParent && !(x >= low && x <= high);
+  return entries.filter(isOdd).map(([id, x, range]) => {
+    const [text, low, high] = [x, ...range].map((each) => quantityText(each, FIELDS[id][1]));
+    return `${FIELDS[id][0]} ${text}: solid bodies have ${low} to ${high}. Is the unit right?`;
+  });
 }
 
 function accuracyText() {
@@ -203,16 +242,20 @@ function accuracyText() {
   return `The numbers of this law come from tables, ${tables}.`;
 }
 
+function rowOf([name, value, raw]) {
+  const row = document.createElement("tr");
+  row.append(element("th", name, { scope: "row" }), element("td", value));
+  if (raw !== undefined) row.lastChild.dataset.value = raw; // all digits, in SI units
+  return row;
+}
+
 function show() {
-  const rowsOf = rows().map(([name, value, raw]) => {
-    const row = document.createElement("tr");
-    row.append(element("th", name, { scope: "row" }), element("td", value));
-    if (raw !== undefined) row.lastChild.dataset.value = raw; // all digits, in SI units
-    return row;
-  });
-  $("numbers").replaceChildren(...rowsOf);
-  $("summary").textContent = `eps = ${general(answer.epsilon, DIGITS)} at ${quantityText(input.speed, "speed")}`;
-  $("warnings").replaceChildren(...answer.warnings.map((text) => element("li", `${text}.`)));
+  for (const [id, rowsOf] of Object.entries(rows())) $(id).replaceChildren(...rowsOf.map(rowOf));
+  const [epsilon, weight] = input.by === "drop" ? [answer.fall.epsilon, ", with the weight"] : [answer.epsilon, ""];
+  $("summary").textContent = `eps = ${general(epsilon, DIGITS)} at ${quantityText(input.speed, "speed")}${weight}`;
+  $("explanation").textContent = explanation();
+  $("words").classList.toggle("hidden", answer.law !== FACTS.laws[0]);
+  $("warnings").replaceChildren(...[...answer.warnings.map((text) => `${text}.`), ...unusual()].map((text) => element("li", text)));
   $("accuracy").textContent = accuracyText();
   $("command").textContent = `${commandOf(answer, input)} --digits 30`;
   showProgram();
@@ -222,7 +265,11 @@ function show() {
 function showProgram() {
   const { line, reason, warning, step, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
-  $("reason").textContent = reason || [warning, step, "In SI units:"].filter(Boolean).join(" ");
+  // A program with its own law also has its own eps with the weight.
+  const program = FACTS.programs.find(({ name }) => name === $("program").value);
+  const falling = line && answer.fall && program.law
+    ? `The line gives eps without weight. With weight, ${program.title}'s eps is not that of this page: the command prints it, and with --gravity ${general(input.gravity, DIGITS)} writes a line for it.` : "";
+  $("reason").textContent = reason || [warning, step, falling, "In SI units:"].filter(Boolean).join(" ");
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
   $("by-scene").classList.toggle("hidden", !scene);
@@ -357,6 +404,7 @@ function draw() {
   const errors = errorAxis(differences.slice(1).flat().filter((e) => e > LEAST_ERROR && e < Infinity));
   const second = panel(width, 220, horizontal, errors, "relative difference from this law", below);
   curves.slice(1).forEach((curve, i) => second.curve(curve, speeds, differences[i + 1]));
+  $("shown").classList.toggle("hidden", alone);
   $("plot").replaceChildren(first.picture, ...(alone ? [] : [second.picture]));
   $("shown").tBodies[0].replaceChildren(...curves.map((curve, i) => curveRow(curve, i ? here[i] : answer.epsilon, here[0], i)));
 }
@@ -417,6 +465,10 @@ function load() {
   const curves = new Set((words.get("curves") ?? defaults.curves).split("+"));
   for (const curve of CURVES.slice(1)) $(curve.id).checked = curves.has(curve.name);
   system = $("system").value;
+  // What was read is in the fields now; name the rest.
+  const isRead = ([id, value]) => (id === "curves" ? value.split("+").every((name) => !name || curveState().split("+").includes(name)) : STATE.includes(id) && valueOf(id) === value);
+  const rest = [...words].filter((setting) => !isRead(setting)).map((setting) => setting.join("="));
+  $("unread").textContent = rest.length ? `The page does not know these settings of its address: ${rest.join(", ")}.` : "";
 }
 
 function setIfKnown(id, value) {
@@ -443,7 +495,8 @@ function changeUnits() {
   system = next;
 }
 
-// With another law, or another way to give the damping, eps at the impact speed stays the same.
+// With another law, or another way to give the damping, eps at the impact speed stays the same; a drop has its own speed
+// of impact, and the damping stays.
 function changeWay(by) {
   const possible = ways(lawOf($("law").value));
   choose($("by"), Object.entries(possible).map(([value, [text]]) => [value, text]));
@@ -454,11 +507,14 @@ function changeWay(by) {
     const law = lawOf($("law").value);
     const epsilon = byTable(old, input);
     const same = { ...input, law: law.name, end: $("end").value, by: "epsilon", damping: epsilon, at: input.speed };
+    const height = $("by").value === "drop" ? positive("height") : null;
+    if (old.fall && height) same.speed = Math.sqrt(2 * input.gravity * height);
     const found = $("by").value === "epsilon" ? { epsilon } : calculate(same);
-    const values = { epsilon, drop: old.fall?.epsilon || undefined, A: found.A, beta: found.beta, own: found.own, kappa: law === FACTS.laws[0] ? found.vStar : found.kappa };
+    const values = { epsilon, drop: height * (found.fall?.epsilon ?? found.epsilon) ** 2, A: found.A, beta: found.beta, own: found.own, kappa: law === FACTS.laws[0] ? found.vStar : found.kappa };
     const value = values[$("by").value];
     $("at").value = $("speed").value;
-    if (old.fall) $("height").value = general(inUnit(input.speed ** 2 / (2 * input.gravity), "length", $("system").value), 10);
+    // A law without Hertz's force begins with the contact time of the spheres.
+    if (old.contactTime && !$("contact").value) $("contact").value = general(inUnit(old.contactTime, "time", $("system").value), 4);
     if (value !== undefined) $("damping").value = general(inUnit(value, wayNow()[2], $("system").value), 10);
   } catch (error) {
     if (!(error instanceof Refused)) throw error;
@@ -474,6 +530,10 @@ function arrange() {
   $("label-speed").textContent = `Impact speed${shownUnit("speed")}`;
   $("row-at").classList.toggle("hidden", by !== "epsilon");
   $("row-height").classList.toggle("hidden", by !== "drop");
+  for (const id of ["speed", "slide-speed"]) $(id).disabled = by === "drop"; // it follows from the height
+  const hasBodies = isHertz(law) && $("bodies").checked;
+  $("bodies-section").classList.toggle("hidden", !isHertz(law));
+  $("row-contact").classList.toggle("hidden", hasBodies);
   for (const id of Object.keys(FIELDS)) {
     const label = document.querySelector(`label[for="${id}"]`);
     label.dataset.text ??= label.textContent;
@@ -485,7 +545,7 @@ function arrange() {
   const used = { radius2: ["size", "sphere"], density2: ["sphere"], young2: ["sphere", "otherwall"], poisson2: ["sphere", "otherwall"] };
   for (const [id, kinds] of Object.entries(used)) $(`row-${id}`).classList.toggle("hidden", !kinds.includes(kind));
   $("row-adhesion").classList.toggle("hidden", !isPaper(law, $("end").value));
-  $("row-gravity").classList.toggle("hidden", !["wall", "otherwall"].includes(kind));
+  $("row-gravity").classList.toggle("hidden", hasBodies && !["wall", "otherwall"].includes(kind));
   $("row-second").classList.toggle("hidden", by !== "A" || !used.young2.includes(kind));
 }
 

@@ -63,8 +63,8 @@ SPHERES = (
     "dissipative constant, a time, (A1 D1 + A2 D2)/(D1 + D2). A wall has infinite R2 and m2."
 )
 _UNITS = {
-    "m": "m = min(eps, 1 - eps)",
-    "rebound": "m = min(eps, 1 - eps), for rebound times the speed",
+    "min": "min = min(eps, 1 - eps)",
+    "rebound": "min = min(eps, 1 - eps), for rebound times the speed",
     "r": "r = |result|",
     "ulp": "ulp = unit in the last place of the result",
 }
@@ -95,7 +95,10 @@ def file_text(
     """
     name = module or language.stem
     if not language.table and any(kernel.tables for kernel in kernels):
-        raise ValueError(f"the language is {language.name}: expected c, as the kernel has a table")
+        raise ValueError(
+            f"the language is {language.name}: expected c, as the kernel has a table, or a kernel without one "
+            "(--accuracy 1e-5)"
+        )
     # The texts of kernels, each after that of the kernel that serves outside its table. What all speed tables share
     # comes first, once.
     texts = [speed_table.shared_text()] if any(kernel.fallback for kernel in kernels) else []
@@ -209,21 +212,21 @@ def call(kernel: Kernel, function: Function, language: Language, arguments: Sequ
 
 
 def error_parts(bound: ErrorBound) -> list[tuple[str, str]]:
-    """Return the parts E m, R r and U ulp of a bound: pairs of a number, rounded up, and its unit.
+    """Return the parts E min, R r and U ulp of a bound: pairs of a number, rounded up, and its unit.
 
-    The units are m = min(eps, 1 - eps), r = |result| and ulp. Rounding that E would not show is in R: m is at most r.
+    The units are min = min(eps, 1 - eps), r = |result| and ulp. Rounding that E would not show is in R, as min <= r.
     """
     if bound.relative_to == "value":
         sizes = [(bound.relative + bound.last, "r")]
     else:
         # Rounding shows in the last of E's digits if it is above 10^-3 of the formula's error.
         shown = bound.rounding * 10**_DIGITS > bound.formula
-        sizes = [(bound.formula + shown * bound.rounding, "m"), (bound.last + (not shown) * bound.rounding, "r")]
+        sizes = [(bound.formula + shown * bound.rounding, "min"), (bound.last + (not shown) * bound.rounding, "r")]
     return [(at_most(size, _DIGITS), unit) for size, unit in (*sizes, (bound.ulps, "ulp")) if size]
 
 
 def error_text(bound: ErrorBound) -> str:
-    """Return an error as text: E m + R r."""
+    """Return an error as text: E min + R r."""
     return " + ".join(f"{size} {unit}" for size, unit in error_parts(bound)) or "0"
 
 
@@ -301,7 +304,7 @@ def where_normal(kernel: Kernel, bounds: Iterable[ErrorBound]) -> str:
 def _comment(kernel: Kernel, function: Function, language: Language, number: Number, role: str = "") -> Iterator[str]:
     """Yield the comment before a kernel's function of a type, and the line that defines its error as a macro.
 
-    The comment is "eps." and `role`, a sentence or nothing, and "Error <= E m + R r for RANGE; …, where … are normal
+    The comment is "eps." and `role`, a sentence or nothing, and "Error <= E min + R r for RANGE; …, where … are normal
     numbers." for each machine.
     """
     lines = [f"{function.meaning}.{role}"]
@@ -375,9 +378,9 @@ def _legend(kernels: Sequence[Kernel], language: Language) -> str:
             for number in numbers_of(kernel, language):
                 bounds = [bound for a in number.arithmetics for bound in stated_bounds(kernel, function, a)]
                 of_function = {unit for bound in bounds for _, unit in error_parts(bound)}
-                # For rebound m is times the speed, which has a text of its own in place of that of m.
-                units |= of_function | ({"rebound"} if function.name == "rebound" and "m" in of_function else set())
-    texts = [text for unit, text in _UNITS.items() if unit in units and (unit, "rebound" in units) != ("m", True)]
+                # For rebound min is times the speed, which has a text of its own in place of that of min.
+                units |= of_function | ({"rebound"} if function.name == "rebound" and "min" in of_function else set())
+    texts = [text for unit, text in _UNITS.items() if unit in units and (unit, "rebound" in units) != ("min", True)]
     return f"Bounds of |error| below: {'; '.join(texts)}." if texts else ""
 
 

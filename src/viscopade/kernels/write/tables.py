@@ -157,7 +157,7 @@ def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
             for kernel, error in zip(kernels, errors, strict=True)
             for line in wrapped(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {error}.")
         ),
-        *wrapped(f"m = min(eps, 1 - eps), r = [m/n]; {PROVEN}."),
+        *wrapped(f"min = min(eps, 1 - eps), r = [m/n]; {PROVEN}."),
     ]
 
 
