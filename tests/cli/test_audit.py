@@ -189,6 +189,13 @@ def test_the_radius_of_a_body_that_stays_counts_for_what_to_write():
     assert (found["parts"], float(found["instead"]["restitution"])) == (False, pytest.approx(0.5, abs=0.1))
 
 
+def test_a_plain_fraction_is_in_si_units():
+    words = ("physx", "--set", "restitution=0.8", "--speed", "1/2", "--gravity", "9.81", "--time-step")
+    assert run(*words, "1/60").output == run(*words, "1/60 s").output
+    for text in ("1/0", "1/s", "1/60/2", "-1/60", "1/1e3"):
+        assert f"--time-step is '{text}': expected a time > 0" in str(run(*words, text).exception)
+
+
 def test_an_impulse_has_no_depth_and_no_duration():
     words = ("rebound", "--set", "coefficient_of_restitution=0.5", "--speed", "1")
     assert "depth" not in run(*words).output

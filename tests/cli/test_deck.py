@@ -143,11 +143,11 @@ def test_lines_to_write_instead(deck):
 
 
 def test_a_warning_stands_once(deck):
-    """Each row has its own range, and its own contact time that makes it shorter; JSON has all."""
+    """Each row has its own range, and its own step that makes it shorter; JSON has all."""
     words = (deck[0], "--epsilon", "0.6", "--time-step", "4 us")
     flat = text_of(*words)
     assert flat.count("With 0.6 on average, eps is") == 1
-    assert re.search(r"Warning, rows 1 to 3, 5, 6: With 0.6 on .* is below 0.02 \(the numbers of row 1\)\.", flat)
+    assert re.search(r"Warning, rows 1, 2, 5, 6: With 0.6 on .* is below 0.02 \(the numbers of row 1\)\.", flat)
     rows = json.loads(run(*words, "--format", "json").output)["contacts"]
     assert len({row["warnings"][-1] for row in rows if row["warnings"]}) == 3
 
@@ -169,6 +169,7 @@ def test_units_without_a_size(deck):
     whole = json.loads(run(file, "--format", "json").output)
     assert whole["speed"] == 1
     assert "eps at 1 sigma/tau, as --speed is not given" in text_of(file)
+    assert run(file, "--time-step", "1/1000").exit_code == 0  # a plain fraction has no unit
     refused = run(file, "--speed", "1 m/s")
     assert refused.exit_code == 2
     assert refused.stderr.endswith("--speed has a unit, and units is lj: expected a plain number\n")
@@ -300,6 +301,42 @@ def test_a_model_of_mujoco(tmp_path):
     assert "MuJoCo in m, kg and s; 6 pairs, 5 contacts; eps at 1 m/s" in text
     assert "time step 0.002 s, gravity 9.81 m/s^2" in text
     assert "rubber - foam (2 pairs)" in text
+
+
+PAIR = '<pair geom1="b{}" geom2="floor" solref="0.02 {}"/>'
+
+
+def test_where_a_pair_of_mujoco_is_written(tmp_path):
+    """One that is there is replaced; two equal ones make a row without a line."""
+    pytest.importorskip("mujoco")
+    geoms = "".join(f'<body><freejoint/><geom name="b{i}" size="1"/></body>' for i in range(4))
+    pairs = "\n".join((PAIR.format(0, 0.3), PAIR.format(1, 0.2), PAIR.format(2, 0.2)))
+    file = tmp_path / "balls.xml"
+    file.write_text(
+        f'<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1" contype="2"/>\n{geoms}</worldbody>\n'
+        f"<contact>\n{pairs}\n</contact></mujoco>"
+    )
+    text = text_of(str(file), "--epsilon", "0.5")
+    weight = "for eps = 0.5 with weight, the column falling, in row"
+    assert f"{weight} 1 write instead of the <pair> in line 4 <pair " in text
+    assert f"{weight} 2 write in <contact> instead of the <pair> of the same geoms <pair " in text
+    assert f"{weight} 3 write in <contact> <pair " in text
+    assert re.search(r"for eps = 0\.5 in row 4 write in <contact> <pair ", text)
+
+
+def test_a_row_whose_body_stays_down_says_so(tmp_path):
+    pytest.importorskip("mujoco")
+    file = tmp_path / "ball.xml"
+    file.write_text(
+        '<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1" solref="0.02 0.65"/>\n'
+        '<body><freejoint/><geom name="ball" size="1" solref="0.02 0.65"/></body></worldbody></mujoco>'
+    )
+    text = text_of(str(file), "--speed", "0.1")
+    assert "row 1: with its weight the body stays down below 0.462 m/s, and falling is 0." in text
+    assert "sticks below" not in text
+    assert "stays down" not in text_of(str(file), "--speed", "0.5")
+    (row,) = json.loads(run(str(file), "--speed", "0.1", "--format", "json").output)["contacts"]
+    assert (row["falling"], row["sticking_speed"]) == (0, pytest.approx(0.462, abs=1e-3))
 
 
 INPUT = """\

@@ -260,6 +260,18 @@ def test_a_kick_above_the_speed_is_said():
         assert any("m/s in a time step, more than the speed" in text for text in texts) == warns
 
 
+def test_what_weight_does_in_steps_is_said():
+    """PhysX rebounds from where a body is at the start of a step; in the limit of short steps there is no kick."""
+    native, given = simulator_of("physx").native, {"restitution": "0.8"}
+    light = delivery(native, given, Impact(0.5, step=1 / 60))
+    heavy = delivery(native, given, Impact(0.5, gravity=9.81, step=1 / 60))
+    assert light.falling == heavy.collision
+    assert light.warnings == ("Without weight. A body that falls on a plane has eps = 1.1070: --gravity 9.81",)
+    assert delivery(native, given, Impact(0.5, step=1 / 60), weight_is_known=True).falling is None
+    without_step = "Only the rule and the threshold count here. In time steps weight and gaps change eps: --time-step"
+    assert delivery(native, given, Impact(0.5, gravity=9.81)).warnings == (without_step,)
+
+
 def test_a_rule_that_is_none_is_refused():
     native = simulator_of("physx").native
     for words in ("avg", "average max min", ""):

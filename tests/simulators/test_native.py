@@ -241,18 +241,27 @@ def test_attraction_that_is_cut_off_is_warned_of():
         assert not any("pulls" in text for text in delivered(other, {}, **hit).warnings)
 
 
-def test_a_contact_that_a_step_resolves_is_suggested():
+def test_a_step_that_resolves_the_contact_is_suggested():
     given = {"solref": "-2500 -100", "solimp": "0.9 0.9 0.001", "condim": "1"}
     text = delivered("mujoco", given, 1.0, step=0.01, epsilon=0.5).warnings[-1]
     before, after = text.split(";")
     least, most = map(float, re.findall(r"0\.\d+", before)[1:])
     assert most - least > 0.02
-    longer = float(re.search(r"last ([\d.]+) s without", after)[1])
-    soft = {**given, "solref": f"{-((np.pi / longer) ** 2)!r} -1"}
-    again = delivered("mujoco", soft, 1.0, step=0.01, epsilon=0.5)
-    found = delivered("mujoco", {**soft, **again.instead}, 1.0, step=0.01).collision
+    shorter = float(re.search(r'--time-step "([\d.]+) s"', after)[1])
+    again = delivered("mujoco", given, 1.0, step=shorter, epsilon=0.5)
+    assert not any("on average" in text for text in again.warnings)
+    found = delivered("mujoco", {**given, **again.instead}, 1.0, step=shorter).collision
     assert found.epsilon == pytest.approx(0.5, abs=1e-5)
-    assert 0.01 < found.largest - found.least < 0.0202  # the time has two digits
+    assert 0.01 < found.largest - found.least < 0.02
+
+
+def test_a_step_that_is_too_long_for_any_damping_is_said():
+    texts = delivered("mujoco", {"solref": "-20000 -50"}, gravity=EARTH, step=0.02, epsilon=0.5).warnings
+    assert re.fullmatch(
+        r"No damping gives 0\.5: epsilon grows with the damping in time steps so long; "
+        r'with a shorter step, --time-step "0\.000\d+ s", its range is below 0\.02',
+        texts[-1],
+    )
 
 
 # --- falls in the real programs ---------------------------------------------------------------------------------------
@@ -486,7 +495,11 @@ def test_parameters_of_dem_programs_mean_what_they_say():
         ("mercurydpm", {"dissipation": "-1"}, "a number >= 0: in N s/m if LinearViscoelastic, without unit if"),
         ("mercurydpm", {"alpha": "1"}, "dissipation (a number >= 0: in N s/m if LinearViscoelastic, without unit if"),
         ("chrono", {"kn": "0"}, "kn is '0': expected a number > 0: in N/m if Hooke or Flores, N/m^(5/2) if Hertz,"),
-        ("chrono", {"k": "1"}, "gn (a number >= 0: in 1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if"),
+        (
+            "chrono",
+            {"stiffness": "1"},
+            "gn (a number >= 0: in 1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if",
+        ),
         ("kratos", {"law": "DEM_D_JKR"}, "law is 'DEM_D_JKR': expected DEM_D_Hertz"),
         ("jaxdem", {"young": "0", "e": "0.5"}, "young is '0': expected a number > 0, in Pa"),
         ("chrono", {"poisson_ratio": "0.6"}, "poisson_ratio is '0.6': expected from -1 to 1/2"),
@@ -556,7 +569,7 @@ def test_newton_has_other_units_with_the_solver_of_mujoco():
         with pytest.raises(ValueError, match=accepted):
             delivered("newton", settings, mass=2.0)
     with pytest.raises(ValueError, match=r"ke \(a number > 0, N/m or 1/s\^2 with SolverMuJoCo, one for"):
-        delivered("newton", {"k": "1"})
+        delivered("newton", {"stiffness": "1"})
 
 
 def test_newton_without_damping_has_the_default_of_mujoco():
@@ -595,6 +608,7 @@ def test_stiff_contacts_of_drake_are_warned_of():
     ("settings", "message"),
     [
         ({"mass": "1"}, "there is no parameter 'mass': expected solref (timeconst"),
+        ({"solRef": "0.02 1"}, "there is no parameter 'solRef': did you mean solref?"),
         ({"solref": "1 -1"}, "solref is '1 -1': expected timeconst (in s) and dampratio > 0, or"),
         ({"solref": "nan 1"}, "solref is 'nan 1'"),
         ({"solref": "0.02, 1"}, "solref is '0.02, 1': expected numbers apart by spaces, and at most one comma"),
@@ -771,8 +785,8 @@ def test_constants_are_in_si_units():
     ("formula", "wanted", "said"),
     [
         ("1e5*x + max(k*v, -5)", 1e-4, None),  # damping of the approach alone has no least eps
-        ("k*x + 100*v", 0.9, "No damping gives 0.9: epsilon rises from"),
-        ("k*x + 100*v", 0.3, "No damping gives 0.3: epsilon rises from"),
+        ("k*x + 100*v", 0.9, "No damping gives 0.9: epsilon grows with the damping"),
+        ("k*x + 100*v", 0.3, "No damping gives 0.3: epsilon grows with the damping"),
         ("1e5*x + 100*v + min(k, 10)*max(v, 0)", 0.3, "expected at least 0.6"),
     ],
 )

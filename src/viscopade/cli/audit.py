@@ -167,12 +167,14 @@ def audit(
     """Print the eps that a program gives, and what to set instead.
 
     There are three ways to use it. The first example reads FILE, an input of LAMMPS or LIGGGHTS or a model of MuJoCo,
-    and prints a row for each contact. With --epsilon the output also has the lines to write instead. The columns of a
-    row are
+    and prints a row for each contact. With --epsilon the output also has the lines to write instead, after which
+    falling, or eps in a row without it, is the wanted one. The columns of a row are
 
     \b
-    from, to   range of eps over where in a time step contact begins
-    falling    eps with the weight of a body that falls on a plane
+    eps        without weight, the mean over where in a step contact begins
+    from, to   range of this eps
+    falling    eps of a body that falls on a plane; at 0 it stays down
+    g t_c/v    gravity x contact time/speed: weight matters from 0.02 on
     t_c/step   contact time without damping, in time steps
 
     The second example starts from the eps that you want. The table has the number that the program's manual tells you

@@ -176,7 +176,7 @@ def show_contact(
 def si_number(option: str, text: str, sized: list[str]) -> float:
     """Return the number of an option in SI units; if the text has a unit, the option is added to `sized`."""
     decimal = QUANTITIES[option].decimal(text.strip(), f"--{option}")
-    sized.extend([option] * (decimal != text.strip()))
+    sized.extend([option] * (decimal != text.strip() and any(map(str.isalpha, text))))  # a plain fraction has no unit
     return float(decimal)
 
 

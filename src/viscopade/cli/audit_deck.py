@@ -256,11 +256,16 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     replacements: dict[tuple[str, str, tuple[str, ...]], list[int]] = {}
     for i, row in numbered:
         reasons = [f"no number: {row.answer.reason}"] if row.answer.reason else []
+        if row.stays_down:
+            slowest = row.answer.sticking_speed
+            below = "" if slowest is None else f" below {slowest:.3g} {units.speed}"
+            reasons.append(f"with its weight the body stays down{below}, and falling is 0")
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
         for kind, text in ((kind, text) for kind, texts in kinds.items() for text in texts):
             sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
         if row.lines:
-            weight, place = " with weight" if row.impact.gravity else "", _position(row.lines, row.contact.line, deck)
+            weight = " with weight, the column falling," if row.answer.falling else ""
+            place = _position(row.lines, row.contact.line, deck)
             replacements.setdefault((weight, place, row.lines), []).append(i)
     for (kind, _), texts in sentences.items():
         i, text = next(iter(texts.items()))
@@ -289,7 +294,13 @@ def _position(lines: Sequence[str], line: Line, deck: Deck) -> str:
     """Return where in a file `lines`, which are to be written, belong; `line` of the `deck` is that of the contact."""
     command = lines[-1].split()[0]
     if command.startswith("<"):
-        return {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}.get(command, "")
+        places = {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}
+        # A second <pair> of the same geoms would act beside the first.
+        if command == "<pair" and line.text.startswith("<pair"):
+            places[command] = " in <contact> instead of the <pair> of the same geoms"
+            if line.number and len(lines) == 1:
+                return f" instead of the <pair> in line {_place(line, deck)}"
+        return places.get(command, "")
     # "fix ID all property/global …": the fix of this name, and not the line of the contact.
     if "property/global" in lines[-1]:
         return f" instead of {' '.join(lines[-1].split()[:2])}"
@@ -327,6 +338,8 @@ def _columns(i: int, row: DeckRow, deck: Deck) -> dict[str, str]:
     fields, contact, units = _fields(row), row.contact, deck.units
     if row.impact.step is None:  # then there is no range over phases
         fields |= {"least": None, "largest": None}
+    if row.stays_down:  # a sentence has this speed
+        fields |= {"sticking_speed": None}
     typed = contact.name.startswith("type ")
     pairs = f" ({contact.count} pairs)" if contact.count > 1 else ""
     return {

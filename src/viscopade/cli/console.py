@@ -206,14 +206,16 @@ class Quantity(_Number):
         """
         from viscopade import quantity
 
-        # A plain number is in SI units already. Other texts have a unit; None says that the unit does not fit.
+        # A plain number is in SI units already, and so is a plain fraction, 1/60. Other texts have a unit; None says
+        # that the unit does not fit.
+        unit, example = quantity.DIMENSIONS[self.dimension]
         try:
             arguments.exact_number(name, value, "", lambda _: True)
             in_si: str | None = value
         except ValueError:
-            in_si = quantity.si_decimal(value, self.dimension)
+            is_plain = re.fullmatch(r"[0-9]+/[0-9]+", value.strip())
+            in_si = quantity.si_decimal(f"{value} {unit}" if is_plain else value, self.dimension)
         if in_si is None or not _CONDITIONS[self.condition](Fraction(in_si)):
-            unit, example = quantity.DIMENSIONS[self.dimension]
             # 2.5 stands for any number.
             article = "an" if self.dimension[0] in "aeiou" else "a"
             expected = f'{article} {self.dimension}{self.condition}, such as "2.5 {example}", or a number in {unit}'

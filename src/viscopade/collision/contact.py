@@ -534,9 +534,7 @@ def damping_factor(
             return math.exp(root(excess, (a, low), (b, high), _CLOSE))
     # No such place. The search ended where it began, although eps changes on the way: then eps grows with c.
     if max(tried) > tried[0] == min(tried) if first > 0 else min(tried) < tried[0] == max(tried):
-        raise ValueError(
-            f"epsilon rises from {min(tried):.4g} to {max(tried):.4g} as the damping factor grows: expected it to fall"
-        )
+        raise ValueError(f"epsilon grows with the damping{'' if step is None else ' in time steps so long'}")
     reached = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
     raise ValueError(f"epsilon is {target:g}: expected {reached}, which this kind of damping can reach")
 

@@ -243,12 +243,12 @@ def rebounds(
             stuck |= (turns > _TURNS) | (np.maximum(np.abs(v_last), np.abs(v)) < _CREEP * speed)
 
             # Bodies have left where only the load acts, up to x = 0; where there is a neck, they leave when it breaks.
-            # From there v^2/2 - g x is constant, and eps is the speed where contact begins; v of the end of the step
-            # lacks the lead of the scheme.
-            left = together & ~stuck & (newest == g) & (v < 0)
+            # From there v^2/2 - g x is constant, and eps is the speed where contact begins; the velocity at the end of
+            # the step lacks the lead of the scheme.
+            at_end = v - scheme.lead * g * h
+            left = together & ~stuck & (newest == g) & (at_end < 0)
             if left.any():
                 left &= ~formed | ((x > 0) & _flies(acceleration, g, x, v))
-                at_end = v - scheme.lead * g * h
                 square = at_end * at_end - 2 * g * (x - begin)
                 epsilon = np.where(left, np.sqrt(np.maximum(square, 0)) / speed, epsilon)
                 depth, duration = np.where(left, deepest, depth), np.where(left, i * h - flight, duration)

@@ -38,7 +38,7 @@ class Answer(NamedTuple):
         Duration of the undamped contact, in the unit of the file; None for an impulse, or if the bodies do not part
         without damping.
     sticking_speed : float or None
-        Speed below which adhering bodies stay together.
+        Speed below which bodies stay together, by adhesion or by the weight; None if it is not known.
     depth : float
         The largest overlap, in the units of the file.
     instead : mapping of str to str or None
@@ -99,6 +99,11 @@ class DeckRow(NamedTuple):
         return None if time is None or step is None else time / step
 
     @property
+    def stays_down(self) -> bool:
+        """Whether the weight keeps the body down."""
+        return self.answer.falling is not None and not self.answer.falling.parts
+
+    @property
     def g_t_c_over_v(self) -> float | None:
         """Gravity times the undamped contact time over the speed; None without weight."""
         time, gravity = self.answer.contact_time, self.impact.gravity
@@ -145,6 +150,8 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         # its file are.
         time = None if result.contact_time is None else result.contact_time * result.units.seconds / units.seconds
         sticking_speed = result.sticking and result.sticking.speed
+        if sticking_speed is not None:
+            sticking_speed *= result.units.metres / units.metres * units.seconds / result.units.seconds
         depth = result.collision.depth * result.units.metres / units.metres
         warnings = (*dict.fromkeys((*result.warnings, *energy_warnings(collision, impact.step))),)
         return Answer(collision, falling, time, sticking_speed, depth, result.instead, warnings)

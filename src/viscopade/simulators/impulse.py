@@ -558,13 +558,15 @@ class Engine(NamedTuple):
         return Impulse(partial(flight, impact.speed), slowest)
 
     def all_warnings(self, values: Values, impact: Impact) -> Iterator[str]:
-        """Yield the engine's warnings, and those of a threshold that keeps the body down, and of a large kick."""
+        """Yield the engine's warnings, and those of a threshold that keeps the body down, a large kick and no step."""
         threshold = values.get(self.threshold.name, 0.0)
         is_soft = self.soft is not None and values.get(self.soft.stiffness.name) is not None
         if impact.speed <= threshold and not is_soft:
             yield f"{self.threshold.name} is {threshold:g} m/s: slower bodies do not rebound; write less"
         if impact.speed < (kick := impact.gravity * (impact.step or 0)):
             yield f"Gravity adds {kick:.3g} m/s in a time step, more than the speed: expected a shorter step"
+        if impact.step is None and not is_soft:
+            yield "Only the rule and the threshold count here. In time steps weight and gaps change eps: --time-step"
         yield from self.warnings(values, impact)
 
     def damping_values(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from functools import partial
@@ -166,8 +166,9 @@ def read_model(path: Path, options: DeckOptions) -> Deck:
         # A geom of an included file has no line, or one of that file.
         source = text[row.number - 1] if 0 < row.number <= len(text) else ""
         line = Line(path, 0, f"<{row.tag}>")
-        if f"<{row.tag}" in source:
-            line = Line(path, row.number, source.strip()[:_LONGEST_LINE])
+        start = source.find(f"<{row.tag}")
+        if start >= 0:
+            line = Line(path, row.number, source[start : start + _LONGEST_LINE].strip())
         # The first geom moves; a body without a radius, as eps depends on no size.
         first_mass, second_mass = row.masses
         sizes = ((Size(None, first_mass), Size(None, second_mass) if second_mass else None),)
@@ -224,6 +225,8 @@ def model_facts(file: str) -> dict[str, Any]:
     kinds = [_geom_kind(model, data, gravity, geom) for geom in range(model.ngeom)]
     mass = model.body_subtreemass[model.body_weldid[model.geom_bodyid]]
     rows: dict[State, GeomRow] = {}
+    # How many <pair> two geoms have: MuJoCo makes a contact of each.
+    pair_counts, repeated = Counter[frozenset[int]](), list[str]()
     for i, partners, k in _touching_geoms(model, flags, kinds):
         state, rule = _row_state(model, flags, kinds[i], kinds[partners[0]], k)
         # The first geom of both moves.
@@ -232,6 +235,9 @@ def model_facts(file: str) -> dict[str, Any]:
         first, second = pairs[0]
         masses = float(mass[first]), float(mass[second]) if kinds[second].moves else None
         name = " - ".join(model.geom(geom).name or f"geom {geom}" for geom in pairs[0])
+        if k is not None:
+            pair_counts[frozenset(pairs[0])] += 1
+            repeated += [name] if pair_counts[frozenset(pairs[0])] == 2 else []
         row = rows.setdefault(state, GeomRow(state, name, tag, number, masses, rule))
         row.count += len(pairs)
         # At most 50 elements, and one more as a sign of more.
@@ -249,6 +255,7 @@ def model_facts(file: str) -> dict[str, Any]:
         "Density and viscosity of the medium change eps": option.density or option.viscosity,
         "gravcomp carries bodies: eps with weight has their whole weight": model.body_gravcomp.any(),
         "Speculative contacts change eps if a body moves by its size in a step": "mjENBL_SPECULATIVE" in flags,
+        f"More than one <pair> acts between {', '.join(repeated)}: each row is one of them alone, keep one": repeated,
     }
     return {
         "rows": [astuple(row) for row in rows.values()],
@@ -383,6 +390,9 @@ def _row_state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | 
     element = f'solimp="{solimp}" friction="{friction}" condim="{condim}"' + (
         f' margin="{margin:.15g}"' if margin else ""
     )
+    # The line replaces a <pair> that is there, which may have a solref of its own for friction.
+    if k is not None and model.pair_solreffriction[k].any():
+        element += f' solreffriction="{" ".join(f"{number:.15g}" for number in model.pair_solreffriction[k])}"'
     return State(tuple(settings.items()), falls, tuple(marks), reason, element), rule
 
 

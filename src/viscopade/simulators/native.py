@@ -27,12 +27,13 @@ from viscopade.collision.contact import (
     SampledCollision,
     damping_factor,
     phase_range,
-    resolving_factor,
+    resolved,
+    sticking_speed,
 )
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.simulators.formula import DampingFormula
-from viscopade.simulators.setup import Units
+from viscopade.simulators.setup import Units, with_two_digits
 from viscopade.theory.law import Law
 
 # Time steps in an undamped contact, below which a warning says that eps depends on where in a step contact begins: the
@@ -42,13 +43,13 @@ _FEW_STEPS = 2
 # semi-implicit Euler's method and 9e-4 with implicit Euler's (measured for all formulas of the audit, eps from 0.1 to
 # 0.9).
 _MOST_STEPS = 5000
-# With more steps in a contact no longer one is suggested: with 500 eps differs over the phases by at most 0.002
-# (measured for all formulas of the audit), a tenth of `SPREAD`.
-_RESOLVED = 500
+# With more steps in a contact the speed below which the weight keeps a body down is computed without steps: with 500
+# eps differs over the phases by at most 0.002 (measured for all formulas of the audit), and steps would take minutes.
+_FINE_STEPS = 500
 SAME = 1e-4
 """Difference of two eps that count as one: eps is printed with four decimals."""
 SPREAD = 0.02
-"""Range of eps over where in a step contact begins, above which a longer contact is suggested; chosen by hand."""
+"""Range of eps over where in a step contact begins, above which a shorter step is suggested; chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -594,7 +595,8 @@ class Native:
         for name in settings:
             if name not in parameters:
                 summaries = "; ".join(parameter.summary for parameter in parameters.values())
-                raise ValueError(f"there is no parameter {name!r}: expected {summaries}")
+                near = arguments.suggestion(name, parameters)  # ": did you mean …?", or "" if no name looks like it
+                raise ValueError(f"there is no parameter {name!r}{near or f': expected {summaries}'}")
 
         # Defaults of the program, replaced by what the file sets. Some units depend on the integrator.
         texts = {name: parameter.default for name, parameter in parameters.items() if parameter.default is not None}
@@ -678,7 +680,8 @@ class Delivery:
     contact_time : float or None
         That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
     sticking : Sticking or None
-        The speed below which bodies stay together, and what adhesion costs; None where neither is known.
+        The speed below which bodies stay together, and what adhesion costs; None where neither is known. That of bodies
+        which the weight keeps together is known only if they stay at the speed of the impact.
     """
 
     values: Values
@@ -735,23 +738,25 @@ def delivery(
     warnings = [*native.warnings(values, file_impact), *step_warnings]
 
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
+    contact = native.contact(values, file_impact)
     collision, falling = program_collision(native, values, file_impact), None
     duration = contact_time(native, values, file_impact)
     warnings += energy_warnings(collision, file_impact.step)
 
     # Weight counts from g t_c/v = 0.02 (`COUNTS`) on: then eps of a body that falls on a plane is computed, too. In
     # units of unknown size, such as LAMMPS's lj, g = 9.81 m/s^2 is no number.
+    # An impulse has no t_c, and weight acts on it in each time step.
     gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
-    ratio = gravity * (duration or 0.0) / file_impact.speed
-    if not (file_impact.gravity or weight_is_known) and ratio >= COUNTS:
+    ratio, is_impulse = gravity * (duration or 0.0) / file_impact.speed, isinstance(contact, Impulse)
+    if not (file_impact.gravity or weight_is_known) and (ratio >= COUNTS or (is_impulse and gravity)):
         with suppress(ValueError):  # too strong a damping
             heavy = program_collision(native, values, replace(file_impact, gravity=gravity))
             # Weight alone costs nothing: without damping eps is 1 with it, too.
             falling = heavy if abs(heavy.epsilon - collision.epsilon) > SAME else None
         if falling is not None:
             result = f"{falling.epsilon:.4f}" if falling.parts else "0, as it does not leave the plane"
-            words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
-            warnings.append(f"Without weight. {words}: --gravity 9.81")
+            words = "eps" if is_impulse else f"g t_c/v = {ratio:.2g}, and eps"
+            warnings.append(f"Without weight. A body that falls on a plane has {words} = {result}: --gravity 9.81")
 
     # What to write instead: the damping with which the mean eps of the program is the wanted one.
     instead = None
@@ -761,15 +766,19 @@ def delivery(
         instead, damping_warnings = _texts_instead(native, values, file_impact, epsilon, duration)
         warnings += damping_warnings
 
-    # The speed below which bodies stay together; an impulse has no neck, whose energy is 0.
+    # The speed below which bodies stay together: by a threshold of an impulse, by adhesion, or by the weight. Only
+    # adhesion has a neck, which costs an energy.
     def contact_of_speed(speed: float) -> Any:
         return native.contact(values, replace(file_impact, speed=speed))
 
-    if isinstance(contact := contact_of_speed(file_impact.speed), Impulse):
-        sticking_speed = contact.sticking_speed()
-        sticking = None if sticking_speed is None else Sticking(sticking_speed, 0.0)
+    if isinstance(contact, Impulse):
+        slowest = contact.sticking_speed()
+        sticking = None if slowest is None else Sticking(slowest, 0.0)
     else:
         sticking = adhesion.sticking(contact_of_speed, file_impact.speed)
+        if file_impact.gravity and not collision.parts and sticking is None:
+            slowest = _slowest_rebound(native, values, file_impact, duration)
+            sticking = None if slowest is None else Sticking(slowest, 0.0)
     stepped = file_impact.step is not None
     return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, sticking)
 
@@ -783,38 +792,86 @@ def _texts_instead(
     undamped contact time, None if there is none.
     """
     units, scheme = native.units(values), native.schemes[values[native.integrator]] or SEMI_IMPLICIT
-    stepping: Any = {"speed": file_impact.speed, "step": file_impact.step, "scheme": scheme}
-    instead, warnings = None, list[str]()
 
-    def contact_with_damping(c: float) -> Any:
-        return native.contact(Values({**values, **native.with_damping(values, c, file_impact)}), file_impact)
+    def damping(impact: Impact, near: float) -> float:
+        """Return the damping c that gives eps on average with the time step of an impact; the search begins at near."""
+        return damping_factor(
+            lambda c: native.contact(damped(c, impact), impact),  # type: ignore[arg-type,return-value]
+            epsilon,
+            near,
+            speed=impact.speed,
+            step=impact.step,
+            scheme=scheme,
+        )
 
-    # The contact time with which eps depends little on where in a step contact begins. Searches for the damping c start
-    # at 1, which is of the order of eps = 0.5.
-    longer_contact = ""
-    if file_impact.step is not None and duration is not None and duration < _RESOLVED * file_impact.step:
-        factor = resolving_factor(contact_with_damping, epsilon, 1.0, SPREAD, **stepping)
-        if factor is not None and factor > 1:
-            longer_contact = (
-                f"; if contacts last {factor * duration:.2g} {units.time} without damping, and not {duration:.2g} "
-                f"{units.time}, its range is below {SPREAD:g}"
-            )
+    def damped(c: float, impact: Impact) -> Values:
+        return Values({**values, **native.with_damping(values, c, impact)})
 
+    def shorter_step() -> str:
+        """Return the option with a step in which eps depends little on where in it contact begins, in words, or ""."""
+        if (step := file_impact.step) is None or duration is None:
+            return ""
+        near = 1.0
+
+        def collision(factor: float) -> SampledCollision:
+            """Return the collision in steps that are shorter by a factor; each search begins at the last damping."""
+            nonlocal near
+            shorter = with_two_digits(step / factor, math.floor)
+            if duration > _MOST_STEPS * shorter:
+                raise ValueError("this is as good as no step")
+            finer = replace(file_impact, step=shorter)
+            near = damping(finer, near)
+            return program_collision(native, damped(near, finer), finer)
+
+        factor = resolved(collision, SPREAD)
+        if factor is None:
+            return ""
+        # Where the units have no size a plain number is in them.
+        number = f"{with_two_digits(step / factor, math.floor):.2g}"
+        typed = number if units.unsized else f'"{number} {units.time}"'
+        return f"; with a shorter step, --time-step {typed}, its range is below {SPREAD:g}"
+
+    # Searches for the damping c start at 1, which is of the order of eps = 0.5.
     try:
-        c = damping_factor(contact_with_damping, epsilon, 1.0, **stepping)
+        c = damping(file_impact, 1.0)
         instead = native.texts(native.with_damping(values, c, file_impact))
         # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
         # decide on which side of the jump it is: so the eps of the texts themselves is computed.
         written = {name: native.parameters_by_name[name].value(text) for name, text in instead.items()}
-        reached = native.contact(Values({**values, **written}), file_impact).collide(**stepping)
-        if abs(reached.epsilon - epsilon) > SAME:
-            warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
-        if longer_contact:
-            range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
-            warnings.append(f"With {epsilon:g} on average, eps is {range_text}{longer_contact}")
+        reached = program_collision(native, Values({**values, **written}), file_impact)
     except ValueError as error:
-        warnings.append(f"No damping gives {epsilon:g}: {error}{longer_contact}")
+        return None, [f"No damping gives {epsilon:g}: {error}{shorter_step()}"]
+    warnings = list[str]()
+    if abs(reached.epsilon - epsilon) > SAME:
+        warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
+    if reached.largest - reached.least > SPREAD and (way := shorter_step()):
+        eps = "eps with weight" if file_impact.gravity else "eps"
+        range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
+        warnings.append(f"With {epsilon:g} on average, {eps} is {range_text}{way}")
     return instead, warnings
+
+
+def _slowest_rebound(native: Native, values: Values, file_impact: Impact, duration: float | None) -> float | None:
+    """Return the speed below which the weight keeps bodies down, wherever in a step contact begins; None if unknown.
+
+    In an impact of `values` and `file_impact` the bodies stay down; `duration` is the undamped contact time.
+    """
+    scheme = native.schemes[values[native.integrator]] or SEMI_IMPLICIT
+    if file_impact.step is not None and duration is not None and duration > _FINE_STEPS * file_impact.step:
+        file_impact = replace(file_impact, step=None)
+
+    def parts(factor: float) -> bool:
+        impact = replace(file_impact, speed=factor * file_impact.speed)
+        # 64 phases are enough to know whether bodies part: the range over all phases takes long.
+        phases = None if impact.step is None else PHASES
+        return (
+            native.contact(values, impact).collide(impact.speed, step=impact.step, scheme=scheme, phases=phases).parts
+        )
+
+    try:
+        return sticking_speed(parts, file_impact.speed)
+    except ValueError:  # some speed in the search is too fast for an integration
+        return None
 
 
 def _in_steps(native: Native, values: Values, file_impact: Impact) -> tuple[Impact, list[str]]:

@@ -59,7 +59,7 @@ from viscopade.simulators.input_file import (
     program_number,
     speed_errors,
 )
-from viscopade.simulators.setup import NO_WEIGHT, SI, NamedContact, Units
+from viscopade.simulators.setup import NO_WEIGHT, SI, NamedContact, Units, with_two_digits
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import VISCOELASTIC, Law
 
@@ -718,16 +718,6 @@ def _broyden(function: Callable[[FloatArray], FloatArray], x: FloatArray, error:
         # df - J dx is the new ones.
         jacobian += np.outer(values, move) / (move @ move)
     raise ValueError("no convergence")
-
-
-def with_two_digits(number: float, rounded: Callable[[float], int] = math.ceil) -> float:
-    """Return the next larger number with two significant digits, or with `math.floor` the next smaller one."""
-    # The unit of the second digit: number/unit is from 10 to 100. 1e-12 is above the rounding error of log10, so that
-    # 1000 has four digits although its logarithm may be 2.9999999999999996.
-    unit = 10.0 ** (math.floor(math.log10(number) + 1e-12) - 1)
-    # 1e-9 is above the error with which a duration is computed, about 1e-12: 31.00000000001 is 31, not 32.
-    slack = -1e-9 if rounded is math.ceil else 1e-9
-    return rounded(number / unit * (1 + slack)) * unit
 
 
 def outweighs(goal: Goal, time_step: float) -> bool:

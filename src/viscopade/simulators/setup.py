@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from viscopade.collision.spheres import Pair, Sphere
@@ -191,6 +191,16 @@ class Setup:
     def spheres(self) -> list[str]:
         """Names of the spheres."""
         return [name for name, body in self.bodies.items() if not body.is_wall]
+
+
+def with_two_digits(number: float, rounded: Callable[[float], int] = math.ceil) -> float:
+    """Return the next larger number with two significant digits, or with `math.floor` the next smaller one."""
+    # The unit of the second digit: number/unit is from 10 to 100. 1e-12 is above the rounding error of log10, so that
+    # 1000 has four digits although its logarithm may be 2.9999999999999996.
+    unit = 10.0 ** (math.floor(math.log10(number) + 1e-12) - 1)
+    # 1e-9 is above the error with which a duration is computed, about 1e-12: 31.00000000001 is 31, not 32.
+    slack = -1e-9 if rounded is math.ceil else 1e-9
+    return rounded(number / unit * (1 + slack)) * unit
 
 
 def pair_setup(
