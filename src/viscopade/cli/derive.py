@@ -167,7 +167,7 @@ def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: 
     laws of contact v* is a root of kappa; the output states which root.
 
     With --symbolic, SymPy generates every h_k from the scaled equation as a polynomial with rational coefficients in
-    lambda_1, lambda_3, …, the coefficients of an odd function; for contact that ends where x = 0 it is -ln eps.
+    lambda_1, lambda_3, …. These are the coefficients of -ln eps of contact that ends where x = 0, an odd function.
     """
     from viscopade.theory.law import law_of
     from viscopade.theory.series import series

@@ -135,7 +135,7 @@ def plot(
     Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. --law, --program and --pade add curves.
     At --speed (or at the scene's own speed) each law has the same eps, and each program is asked for this eps. Without
     spheres eps is drawn over v*, with each --pade. Quantities may have units, such as "1 cm/s"; plain numbers are in SI
-    units. The axis has the unit of --from. The paper's own figures are drawn by `viscopade figures`.
+    units. The axis has the unit of --from. `viscopade figures` draws the paper's figures.
 
     With --gravity the sphere falls on a wall (a material with --wall, or a scene), and its weight acts during the
     contact. eps is 0 where the sphere stays down, and --epsilon includes the weight. At --speed, contacts of --law and
