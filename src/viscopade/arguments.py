@@ -107,16 +107,17 @@ def _is_marked(value: object) -> bool:
 
 
 def refusal(name: str, value: object, accepted: str) -> str:
-    """Return the error message for an argument: one line with its name, its value and the `accepted` ones.
-
-    A number with a decimal comma is told to have a point.
-    """
+    """Return the error message for an argument: one line with its name, its value and the `accepted` ones."""
     try:
         text = " ".join(_REPR.repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
         text = "an integer of thousands of digits"
-    point = isinstance(value, str) and _WITH_COMMA.match(value)
-    return f"{name} is {text}: expected {accepted}{'; the decimal sign is a point' if point else ''}"
+    return f"{name} is {text}: expected {accepted}{decimal_sign(value)}"
+
+
+def decimal_sign(value: object) -> str:
+    """Return, as the end of a refusal, what is wrong with a number with a decimal comma; "" for any other value."""
+    return "; the decimal sign is a point" if isinstance(value, str) and _WITH_COMMA.match(value) else ""
 
 
 def suggestion(word: str, names: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import viscopade as vp
-from tests.cli import json_of, printed, said
+from tests.cli import called, json_of, printed, said
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -166,6 +166,8 @@ def test_a_material_without_damping_is_said(tmp_path):
     assert warning.startswith(f"marble-table: {said_share}, and eps is larger")
     assert said_share in said("plot", file, "-o", tmp_path / "marble.svg")
     assert said_share in said("simulators", "lammps", file).replace("# ", "")
+    file.with_name("comma.toml").write_text(MARBLE.replace("70 GPa", "0,7 GPa"))
+    assert "or a number in Pa; the decimal sign is a point" in called("table", file.with_name("comma.toml")).stderr
     with file.open("a") as stream:
         stream.write('restitution = {epsilon = 0.95, speed = "1 m/s"}\n')
     table = json_of("table", file, "--points", 2)
