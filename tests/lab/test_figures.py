@@ -137,12 +137,12 @@ def test_settings_of_the_user_change_nothing(tmp_path):
 
 
 def test_a_page_has_its_size_and_its_letters():
-    with drawn(NAME, Page(size=(5, 4), font_size=17)) as sheet:
+    with drawn(NAME, Page(size=(5, 4), font_size=15)) as sheet:
         assert sheet.get_size_inches().tolist() == [5, 4]
         assert sheet.axes[0].xaxis.label.get_size() == 2 * STYLE["axes.labelsize"]
         assert {text.get_size() for text in sheet.axes[0].texts} == {14}  # twice the usual 7 points
-    text = render([NAME], ["svg"], Page(size=(5, 4), font_size=17))[f"{NAME}.svg"].decode()
-    assert f"viscopade figures --only {NAME} --format svg --size 0.127 0.1016 --font-size 17" in " ".join(text.split())
+    text = render([NAME], ["svg"], Page(size=(5, 4), font_size=15))[f"{NAME}.svg"].decode()
+    assert f"viscopade figures --only {NAME} --format svg --size 0.127 0.1016 --font-size 15" in " ".join(text.split())
 
 
 def test_settings_of_matplotlib_are_left_as_they_were():
