@@ -47,6 +47,7 @@ _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters of a value in a message of one line; a choice
 # A decimal number; nine digits of an exponent are read, and refused if they exceed MAX_EXPONENT.
 _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?")
+_WITH_COMMA = re.compile(r"\s*[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?(?![0-9,.])")  # such as "0,5" and "2,5 cm/s"
 
 
 def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
@@ -111,13 +112,21 @@ def refusal(name: str, value: object, accepted: str) -> str:
         text = " ".join(_REPR.repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
         text = "an integer of thousands of digits"
-    return f"{name} is {text}: expected {accepted}"
+    return f"{name} is {text}: expected {accepted}{decimal_sign(value)}"
+
+
+def decimal_sign(value: object) -> str:
+    """Return, as the end of a refusal, what is wrong with a number with a decimal comma; "" for any other value."""
+    return "; the decimal sign is a point" if isinstance(value, str) and _WITH_COMMA.match(value) else ""
 
 
 def suggestion(word: str, names: Iterable[str]) -> str:
-    """Return the names that look like a wrong word, as the end of a refusal; "" if none does."""
-    # Up to three names, whose similarity to the word is 0.6 or more: both are defaults of difflib.
-    near = get_close_matches(word, names, n=3, cutoff=0.6)
+    """Return the names that look like a wrong word, or contain it, as the end of a refusal; "" if none does."""
+    # Up to three names, whose similarity to the word is 0.6 or more: both are defaults of difflib. Or up to five that
+    # contain it, if it is no mere syllable: a choice.
+    choices = [*names]
+    near = get_close_matches(word, choices, n=3, cutoff=0.6)
+    near = near or [name for name in choices if word in name and len(word) > 2][:5]
     return f": did you mean {' or '.join(near)}?" if near else ""
 
 

@@ -189,6 +189,12 @@ def _in_si(text: str, unit: str) -> float | None:
     return None if value is None else float(value)
 
 
+def unit_of(text: str) -> str:
+    """Return the unit of a typed quantity as it was typed, such as "cm/s"; "" for a plain number."""
+    match = _FRACTION.fullmatch(text) or _NUMBER.fullmatch(text)
+    return "" if match is None else match.groups()[-1].strip()
+
+
 def decimal_in(text: str, unit: str | None) -> Decimal | None:
     """Return the number of a `text` with a unit in another `unit`, or None; without another one in SI base units.
 

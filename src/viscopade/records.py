@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
+from viscopade.arguments import decimal_sign
+
 Word = TypeVar("Word", bound=str)
 
 MOST = 2**53  # largest count: a double holds every integer up to it exactly
@@ -32,7 +34,8 @@ class Node:
     def refuse(self, accepted: str) -> ValueError:
         """Return the exception that names the file, the key, the value and the expected values."""
         where = f"{self.key} is" if self.key else "it contains"
-        return ValueError(f"{self.source}: {where} {_shown(self.value)}: expected {accepted}")
+        point = decimal_sign(self.value)
+        return ValueError(f"{self.source}: {where} {_shown(self.value)}: expected {accepted}{point}")
 
     def _at(self, name: str, value: object) -> Self:
         """Return the node of a part, whose key is this one's and the part's name: "material.ice"."""

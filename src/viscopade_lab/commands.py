@@ -34,8 +34,12 @@ from viscopade_lab import figures
 
 @click.command(cls=Command, epilog=examples("viscopade claims --only slow-convergence"))
 @option("--only", "names", multiple=True, help="Name of a statement; repeatable.  [default: all]")
+@option(
+    "--verdict", type=click.Choice(["holds", "holds with a limit", "does not hold"]),
+    help="Print only statements with this verdict.",
+)  # fmt: skip
 @STYLE
-def claims(names: tuple[str, ...], style: str) -> None:
+def claims(names: tuple[str, ...], verdict: str | None, style: str) -> None:
     """Check the paper's statements: verdict and evidence.
 
     A statement holds, holds with a limit, or does not hold.
@@ -44,9 +48,11 @@ def claims(names: tuple[str, ...], style: str) -> None:
 
     # Dictionaries with name, place, statement, verdict, summary, kind and numbers.
     findings = [finding.to_json() for finding in check(names or None)]
-    counts = Counter(finding["verdict"] for finding in findings)
+    findings = [finding for finding in findings if verdict in (None, finding["verdict"])]
+    # One statement is of older work, not of the paper: it has a verdict, but does not count.
+    counts = Counter(finding["verdict"] for finding in findings if not finding["place"].startswith("not in the paper"))
     # What cannot be checked is only listed with all claims.
-    unchecked = [] if names else [entry._asdict() for entry in UNCHECKED]
+    unchecked = [] if names or verdict else [entry._asdict() for entry in UNCHECKED]
     if style == "text":
         for finding in findings:
             # `say` wraps a paragraph and indents its further lines by this number: 12 letters are "  evidence: ".
@@ -57,7 +63,8 @@ def claims(names: tuple[str, ...], style: str) -> None:
             click.echo()
         for entry in unchecked:
             say(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}", 2)
-        say(", ".join(f"{verdict}: {number}" for verdict, number in sorted(counts.items(), reverse=True)))
+        listed = ", ".join(f"{kind} {number}" for kind, number in sorted(counts.items(), reverse=True))
+        say(f"the paper's statements: {listed or 'none'}")
         return
     header = ("name", "place", "statement", "verdict", "kind", "summary")
     rows = ([finding[column] for column in header] for finding in findings)

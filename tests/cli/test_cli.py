@@ -62,6 +62,44 @@ def test_coefficients_as_rows_of_latex():
     assert law.startswith("% law 1,0: x'' + x + kappa x' = 0")
 
 
+def test_polynomials_in_latex_and_their_closed_forms():
+    """The closed forms as they are printed, evaluated, are the lambdas."""
+    words = ("coefficients", "--order", 6, "--symbolic", "--digits", 9)
+    lines = printed(*words, "--format", "latex").splitlines()
+    equations = lines[lines.index(r"\begin{align*}") + 1 : lines.index(r"\end{align*}")]
+    assert equations[-2:] == [
+        r"h_{5} &= \frac{4}{15} = 0.266666667 \\",
+        r"h_{6} &= - \frac{169 \lambda_{1}^{3}}{600} - \lambda_{3} = -0.522882568",
+    ]
+    forms = re.findall(r"(lambda_[13]) = (\S*(?: \(4/5\)\S+)? B\(.*?\)(?: - lambda_1\^3/600)?)", said(*words))
+    assert [name for name, _ in forms] == ["lambda_1", "lambda_3"]
+    found = {"B": mp.beta}
+    for (name, form), value in zip(forms, ("1.15344886", "0.0906370642"), strict=True):
+        found[name] = eval(form.replace("^", "**").replace(" (", " * (").replace(" B", " * B"), found)
+        assert mp.nstr(found[name], 9) == value
+        assert rf"\{name[:7]}{{{name[7:]}}} &= {value} \\" in equations
+    assert "B(" not in printed(*words, "--law", "linear")
+
+
+def test_epsilon_has_approximants_and_their_errors():
+    """The errors were also found by an independent integration: 1.97e-8, 2.60e-4 and 2.18e-2."""
+    for v_star, error in (("0.3", 1.97106e-8), ("1", 2.598669e-4), ("3", 2.17821e-2)):
+        found = json_of("epsilon", "--v-star", v_star, "--pade", "3/6", "--pade", "1/4", "--digits", 12)
+        assert float(found["error of [3/6]"]) == pytest.approx(error, rel=1e-5)
+        with mp.workdps(40):
+            p = pade(1, 4, 40)
+            a, b = ([mp.mpf(c) for c in reversed(row)] for row in p.decimals())
+            value = mp.polyval(a, mp.mpf(v_star)) / mp.polyval(b, mp.mpf(v_star))
+            expected = value, value / exact.epsilon(v_star, 40) - 1
+            for name, number in zip(("[1/4]", "error of [1/4]"), expected, strict=True):
+                assert mp.mpf(found[name]) == mp.mpf(mp.nstr(number, 12))
+    tiny = json_of("epsilon", "--v-star", "1e-9", "--pade", "3/6")  # v*^10 times the first coefficient
+    assert float(tiny["error of [3/6]"]) == pytest.approx(float(pade(3, 6).next_term.mid()) * -1e-90, rel=1e-8)
+    assert json_of("epsilon", "--v-star", "0", "--pade", "3/6")["error of [3/6]"] == "0"
+    of_beta = ("--beta", "1.307 (s/cm)^(1/5)", "--speed", "1 cm/s", "--pade", "3/6")
+    assert float(json_of("epsilon", *of_beta)["error of [3/6]"]) == pytest.approx(5.5961e-4, rel=1e-4)
+
+
 def test_a_table_in_latex_has_formulas_and_escapes(capsys):
     cells = [("0.1", "1.2e-20"), ("-3.40e+06", "50 % of a_b & {c} \\ ~^$#"), ("", "eps")]
     console.show("latex", ("v*", "[3/6]"), cells, {})
@@ -82,6 +120,15 @@ def test_table_in_latex_has_the_numbers_of_the_text():
     plain = [re.sub(r"\\times10\^\{(-?\d+)\}", r"e\1", row).replace("$", "").split(" & ") for row in rows]
     assert [[float(cell) for cell in row] for row in plain] == [[float(cell) for cell in row.split()] for row in text]
     assert "\n% Warning: " in printed(*words, "--to", "1 km/s", "--format", "latex")
+
+
+def test_a_table_may_have_even_steps_and_digits():
+    words = ("table", "--beta", "0.1182545", "--from", "0.5", "--to", "5", "--speed-axis", "linear")
+    assert json_of(*words)["speed"] == pytest.approx([0.5 + 0.45 * i for i in range(11)])
+    rows = printed(*words, "--points", 4, "--digits", 3, "--format", "latex").splitlines()[3:7]
+    assert rows == [
+        rf"${v}$ & ${e}$ \\" for v, e in (("0.500", "0.890"), ("2.00", "0.858"), ("3.50", "0.843"), ("5.00", "0.833"))
+    ]
 
 
 def test_pade_json_has_the_shape_of_the_design():
@@ -352,9 +399,13 @@ def test_claims():
     whole = json_of("claims", "--only", "twenty-terms", "--only", "no-linear-term")
     assert [claim["name"] for claim in whole["claims"]] == ["twenty-terms", "no-linear-term"]
     assert whole["verdicts"] == {"holds": 2}
-    text = called("claims", "--only", "twenty-terms").stdout
+    both = ("claims", "--only", "twenty-terms", "--only", "older-coefficients")
+    text = called(*both).stdout
     assert "verdict:  holds (proven)" in text
-    assert text.endswith("\nholds: 1\n")
+    assert text.endswith("\nthe paper's statements: holds 1\n")  # the other one is of older work
+    false = called(*both, "--verdict", "does not hold").stdout
+    assert "older-coefficients" in false
+    assert "twenty-terms" not in false
 
 
 def test_figures_are_written_and_replaced(tmp_path):

@@ -364,6 +364,18 @@ def test_beta_has_its_unit():
     assert found[0] == pytest.approx(double.epsilon(np.sqrt(1.307)))
 
 
+def test_the_axis_has_the_unit_of_its_ends(tmp_path):
+    """Matplotlib writes each text of a picture as a comment of the SVG file."""
+    file = tmp_path / "ice.svg"
+    words = ("plot", "--beta", "1.307 (s/cm)^(1/5)", "--pade", "3/6", "-o", file)
+    printed(*words, "--from", "0.01 cm/s", "--to", "5 m/s", "--name", "ice")
+    texts = re.findall("<!-- (.*?) -->", file.read_text())
+    assert {"impact speed in cm/s", "ice", "[3/6]"} <= {*texts}
+    assert "viscoelastic" not in texts
+    printed(*words)
+    assert {"impact speed in m/s", "viscoelastic"} <= {*re.findall("<!-- (.*?) -->", file.read_text())}
+
+
 def test_a_picture_has_each_curve_and_the_data(data, tmp_path):
     file = tmp_path / "p.svg"
     printed("plot", "--epsilon", "0.9", "--speed", "1", "--law", "1,1", "--pade", "0/3", "--data", data, "-o", file)

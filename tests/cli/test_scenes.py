@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import viscopade as vp
-from tests.cli import json_of, printed, said
+from tests.cli import called, json_of, printed, said
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -130,6 +130,50 @@ def test_files_say_what_weight_does(tmp_path):
     assert "Warning: unhappy-floor: a body that falls" in scene
     centimetres = printed("simulators", "yade", EXAMPLES / "glass_beads.toml")  # in the units of the scene
     assert "0.029 at 100 and 1 cm/s with g = 981 cm/s^2" in centimetres
+
+
+MARBLE = """
+[material.glass]
+young_modulus = "70 GPa"
+poisson_ratio = 0.22
+density = 2500
+restitution = {epsilon = 0.95, speed = "1 m/s", radius = "1 cm", partner = "wall"}
+[material.wood]
+young_modulus = "30 GPa"
+poisson_ratio = 0.2
+dissipative_constant = 0
+[body.marble]
+material = "glass"
+radius = "1 cm"
+[body.table]
+material = "wood"
+wall = true
+[[contact]]
+between = ["marble", "table"]
+speed = {min = "1 m/s", max = "2 m/s"}
+"""
+
+
+def test_a_material_without_damping_is_said(tmp_path):
+    """The mean of A and 0, weighted with the compliances (1 - nu^2)/Y: 0.298 of A, and eps is 0.988, not 0.95."""
+    file = tmp_path / "marble.toml"
+    file.write_text(MARBLE)
+    glass, wood = ((1 - nu**2) / Y for nu, Y in ((0.22, 70), (0.2, 30)))
+    said_share = f"wood has A = 0, so that A of this contact is {100 * glass / (glass + wood):.2g} % of that of glass"
+    table = json_of("table", file, "--points", 2)
+    assert table["curves"][0]["epsilon"][0] == pytest.approx(0.98757, abs=1e-5)
+    (warning,) = table["warnings"]
+    assert warning.startswith(f"marble-table: {said_share}, and eps is larger")
+    assert said_share in said("plot", file, "-o", tmp_path / "marble.svg")
+    assert said_share in said("simulators", "lammps", file).replace("# ", "")
+    file.with_name("comma.toml").write_text(MARBLE.replace("70 GPa", "0,7 GPa"))
+    assert "or a number in Pa; the decimal sign is a point" in called("table", file.with_name("comma.toml")).stderr
+    with file.open("a") as stream:
+        stream.write('restitution = {epsilon = 0.95, speed = "1 m/s"}\n')
+    table = json_of("table", file, "--points", 2)
+    assert table["curves"][0]["epsilon"][0] == pytest.approx(0.95)
+    assert table["warnings"] == []
+    assert "has A = 0" not in printed("table", EXAMPLES / "rubber.toml")  # concrete, ten thousand times as stiff
 
 
 def test_tables_of_bodies_that_fall():

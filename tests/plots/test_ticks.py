@@ -86,6 +86,17 @@ def test_laws_have_their_names_and_the_axis_of_speeds_may_be_linear():
     assert drawn_with()[0].axes.get_xscale() == "linear"
 
 
+def test_curves_and_points_are_in_the_unit_of_the_axis():
+    points = vp.Points.measured([0.5, 1, 2], [0.9, 0.8, 0.7], sigma_epsilon=0.01)
+    with sheet.style_context():
+        figure = speeds.draw_speeds([speeds.viscoelastic("", 0.1)], np.geomspace(1, 10, 6), points, unit=0.01)
+    axes = figure.axes[0]
+    curve, measured = axes.lines
+    assert axes.get_xlim() == (100, 1000)
+    assert curve.get_xdata().tolist() == pytest.approx(np.geomspace(100, 1000, 6).tolist())
+    assert measured.get_xdata().tolist() == [50, 100, 200]
+
+
 @pytest.mark.parametrize("font_size", [7.5, 9, 12])
 def test_a_legend_is_no_wider_than_its_page(font_size):
     drawn = []

@@ -245,6 +245,11 @@ def test_an_impossible_tolerance_is_refused_with_what_is_possible(language: str,
     is_sound(choose(scene((0.3, 0.9), code=ready(language), **{name: float(possible[1])})))
 
 
+def test_a_scene_without_tolerance_has_no_kernel() -> None:
+    with pytest.raises(ValueError, match=r"s\.toml: tolerance is missing: expected a table with epsilon, dissipation"):
+        choose(scene((0.3, 0.9)))
+
+
 # --- the reason -------------------------------------------------------------------------------------------------------
 
 

@@ -340,7 +340,7 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     ("tolerence", {}, "tolerence", UNKNOWN),
     ("language", "c", "language", "is not known: did you mean code.language?"),
     ("code.language", "cpp", "code.language", "c, which is the language for C++, too"),
-    *((key, GONE, key, MISSING) for key in ("material", "body", "speed", "tolerance")),
+    *((key, GONE, key, MISSING) for key in ("material", "body", "speed")),
     *((key, {}, key, "expected 1 to 40") for key in ("material", "body")),
     ("body", {f"b{i}": BASE["body"]["bead"] for i in range(41)}, "body", "expected 1 to 40"),
     *((key, 1, key, "an object") for key in ("material", "body", "tolerance", "code", "gas", "units")),

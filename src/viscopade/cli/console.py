@@ -219,7 +219,7 @@ class Quantity(_Number):
             # 2.5 stands for any number.
             article = "an" if self.dimension[0] in "aeiou" else "a"
             expected = f'{article} {self.dimension}{self.condition}, such as "2.5 {example}", or a number in {unit}'
-            raise ValueError(f"{name} is {value!r}: expected {expected}")
+            raise ValueError(arguments.refusal(name, value, expected))
         return in_si
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -339,6 +339,45 @@ OUTPUT = output_option()
 
 WORDS = "viscopade.words"
 """Key of the words of the command line in a context."""
+
+
+def typed_text(name: str) -> str | None:
+    """Return what was typed for an option of the running command that is not repeatable; None if it was not typed.
+
+    `name` is that of the option's argument, such as "slowest" for --from.
+    """
+    context = click.get_current_context()
+    typed, _, _ = context.command.make_parser(context).parse_args([*context.meta[WORDS][1:]])
+    return typed[name] if isinstance(typed.get(name), str) else None
+
+
+def check_units_of_beta(beta: str, **speeds: str) -> None:
+    """Refuse a beta with a unit beside a speed without one, and the reverse: one of them may be meant in another unit.
+
+    The paper's beta of ice, 1.307, is in (s/cm)^(1/5): read in SI units, it gives 0.584 at 1 cm/s, and not 0.318.
+
+    Parameters
+    ----------
+    beta : str
+        As it was typed.
+    **speeds : str
+        Names of the arguments of the options that have speeds, and their flags.
+
+    Raises
+    ------
+    click.UsageError
+    """
+    from viscopade import quantity
+
+    with_unit = quantity.beta_decimal(beta) is not None
+    for name, flag in speeds.items():
+        speed = typed_text(name)
+        if speed is not None and bool(quantity.unit_of(speed)) != with_unit:
+            number, units = (speed, ("cm/s", "m/s")) if with_unit else (beta, ("(s/cm)^(1/5)", "(s/m)^(1/5)"))
+            either = " or ".join(f'"{number} {unit}"' for unit in units)
+            raise click.UsageError(
+                f"--beta is {beta!r} and {flag} is {speed!r}: expected a unit for both or for neither, such as {either}"
+            )
 
 
 def command_line() -> str:

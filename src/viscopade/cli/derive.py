@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,10 +33,12 @@ from viscopade.cli.console import (
     WITH_LAW,
     Command,
     Degree,
+    Degrees,
     FilePath,
     Quantity,
     Real,
     Whole,
+    check_units_of_beta,
     examples,
     figures,
     law_words,
@@ -179,16 +182,13 @@ def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: 
     laws of contact v* is a root of kappa; the output states which root.
 
     With --symbolic, SymPy generates every h_k from the scaled equation as a polynomial with rational coefficients in
-    lambda_1, lambda_3, …. If contact ends
-    where x = 0, the lambdas are the coefficients of -ln eps, an odd function.
+    lambda_1, lambda_3, …. These are the coefficients of -ln eps of contact that ends where x = 0, an odd function.
     """
     from viscopade.theory.law import law_of
     from viscopade.theory.series import series
 
     # The h_k as decimals; with --symbolic SymPy also derives them as polynomials.
     contact_law, number = law_of(law, end), digits or (ALL_DIGITS if style in ("json", "csv") else TEXT_DIGITS)
-    if symbolic and style == "latex":
-        raise click.UsageError("--symbolic and --format latex are given: expected one of them")
     if symbolic:
         from viscopade.theory.derivation import derive
         from viscopade.theory.equation import scaled_equation
@@ -206,6 +206,10 @@ def coefficients(order: int, digits: int | None, symbolic: bool, law: str, end: 
         show(style, ("k", "h_k"), enumerate(h), json_object)
     if symbolic and style == "text":
         _say_polynomials(derivation)
+    elif symbolic and style == "latex":
+        click.echo(_latex_polynomials(derivation))
+    if symbolic and contact_law == VISCOELASTIC:
+        say_below(style, _CLOSED_FORMS)
     if line:
         say_below(style, line)
 
@@ -216,6 +220,24 @@ def _polynomials_json(derivation: Derivation, name: str) -> dict[str, dict[str, 
         name: {str(k): str(polynomial) for k, polynomial in derivation.polynomials.items()},
         "lambda": {str(k): value for k, value in derivation.lambdas.items()},
     }
+
+
+_CLOSED_FORMS = (
+    "lambda_1 = (4/5)^(2/5) B(3/5, 3/2) and lambda_3 = 125/1452 (4/5)^(6/5) B(9/5, 1/2) - lambda_1^3/600, with Euler's "
+    "Beta function; lambda_5 has no known closed form (derivations/08_closed_forms.py)"
+)
+"""The lambdas of the paper's law, for the output of `coefficients`."""
+
+
+def _latex_polynomials(derivation: Derivation) -> str:
+    """Return the lambdas of a `derivation`, and every h_k as a polynomial and as a number, as equations in LaTeX."""
+    import sympy as sp
+
+    lines = [rf"\lambda_{{{k}}} &= {value}" for k, value in derivation.lambdas.items()]
+    for k, polynomial in derivation.polynomials.items():
+        value = f" = {derivation.values[k]}" if polynomial else ""
+        lines.append(f"h_{{{k}}} &= {sp.latex(polynomial)}{value}")
+    return "\n".join([r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"])
 
 
 def _say_polynomials(derivation: Derivation) -> None:
@@ -512,6 +534,7 @@ class _Bodies:
         precise: Mapping[str, float] | None = None,
         *,
         proven: bool = True,
+        further: Mapping[str, str] | None = None,
     ) -> None:
         """Print the numbers of a collision, and those of a force in SI units, which need all digits of a double.
 
@@ -529,8 +552,10 @@ class _Bodies:
             The numbers of the collision as doubles, where it has too few digits for them.
         proven : bool
             Whether all digits of the collision are those of the wanted one: its kappa was no rounded double.
+        further : mapping of str to str, optional
+            Further proven decimals, by name.
         """
-        numbers, scaled = collision.decimals(), precise or collision.floats()
+        numbers, scaled = collision.decimals() | dict(further or {}), precise or collision.floats()
 
         # Of a force: c = kappa over the kappa of c = 1, the law's own constant such as a damping ratio, and x_max and
         # tau_c in the units of length and time. For a linear spring the contact time does not depend on the speed.
@@ -808,6 +833,14 @@ def _force(law: Law, speed: str | None, typed: Mapping[str, str | None]) -> tupl
 @option("--kappa", group="Other laws", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
 @option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
 @option("--damping", group="Other laws", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
+@option(
+    "--pade",
+    "approximants",
+    group="Other laws",
+    type=Degrees(),
+    multiple=True,
+    help="Add this approximant and its relative error; repeatable.",
+)
 @DIGITS_OPTION
 @ADHESION
 @_of_bodies("young_modulus", "poisson_ratio", "density", "dissipative_constant")
@@ -817,6 +850,7 @@ def epsilon(
     kappa: str | None,
     beta: str | None,
     damping: str | None,
+    approximants: tuple[tuple[int, int], ...],
     digits: int | None,
     stiffness: str | None,
     mass: str | None,
@@ -837,7 +871,8 @@ def epsilon(
 
     Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
 
-    For v*, kappa, beta or eps every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), tau_c in units of
+    For v*, kappa, beta or eps every digit is proven. --pade also prints an approximant there and its relative error,
+    [m/n]/eps - 1. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), tau_c in units of
     (rho/m_eff)^(-2/5) v^(-1/5). For a material the numbers are in double precision, and warnings say which assumptions
     of the model do not hold.
 
@@ -853,9 +888,13 @@ def epsilon(
     """  # noqa: D301
     from viscopade.collision import exact
 
+    if beta is not None:
+        check_units_of_beta(beta, speed="--speed")
     # From an eps at a speed the damping follows, and no other one may be typed.
     scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
     if epsilon_at_speed is not None:
+        if approximants:
+            raise click.UsageError(_NO_APPROXIMANT)
         others = {"--dissipative-constant": dissipative_constant, "--damping": damping, "--adhesion": adhesion}
         for flag, value in (scaled | others).items():
             if value is not None:
@@ -873,6 +912,8 @@ def epsilon(
     force = {"stiffness": stiffness, "damping": damping, "mass": mass}
     bodies = _Bodies.from_options(force=force, digits=digits, **options)
     law, speed = bodies.law, bodies.speed
+    if approximants and (bodies.constants or bodies.load is not None or law != VISCOELASTIC):
+        raise click.UsageError(_NO_APPROXIMANT)
     if bodies.constants:
         subject = "--stiffness, --damping and --mass are" if bodies.pair is None else "a material is"
         if any(value is not None for value in scaled.values()):
@@ -908,14 +949,58 @@ def epsilon(
         number = max(number, _PRECISE)
     if beta is not None and speed is not None and law == VISCOELASTIC:
         beta_number, matching_speed, unit = _beta_and_speed(beta, speed)
-        collision = exact.collision(digits=number, beta=beta_number, speed=matching_speed)
+        collide = partial(exact.collision, beta=beta_number, speed=matching_speed)
     else:
         if beta is not None:
             unit = _unit_of_beta(law)
             accepted = f"a plain number, in {unit}" if unit else "a plain number"
             arguments.exact_number("beta", beta, f"{accepted}, for the law {law}", lambda _: True)
-        collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=law)
-    bodies.show(collision, collision.floats()["v_star"] ** law.d, number, unit)
+        collide = partial(exact.collision, v_star, kappa=kappa, beta=beta, speed=speed, law=law)
+    collision = collide(digits=number)
+    quotients = {name: text for m, n in approximants for name, text in _approximant(m, n, collide, number).items()}
+    bodies.show(collision, collision.floats()["v_star"] ** law.d, number, unit, further=quotients)
+
+
+_NO_APPROXIMANT = (
+    "--pade needs the viscoelastic law without load: expected --v-star, --kappa, or --beta and --speed; `viscopade "
+    "table` has the error for a material"
+)
+# Zeros before the first digit of the smallest error of an approximant: a double, which reads it, has no smaller one.
+_MOST_ZEROS = 300
+
+
+def _approximant(m: int, n: int, collide: Callable[..., exact.Collision], digits: int) -> dict[str, str]:
+    """Return the proven digits of [m/n] at a v*, and of its relative error [m/n]/eps - 1, by their names in the output.
+
+    `collide` returns the exact collision at v* to a number of digits.
+
+    Raises
+    ------
+    ValueError
+        If v* is infinite, or so small that the error is below 1e-300.
+    """
+    from flint import arb_poly
+
+    from viscopade.arithmetic.balls import bits_for, known_decimal, working
+    from viscopade.theory.pade import pade
+
+    name, v_star = f"[{m}/{n}]", collide(digits=_IN_DOUBLES).v_star
+    if not v_star.is_finite():
+        raise ValueError("v_star is inf: expected a finite one with --pade")
+    # For v* -> 0 the error is of the order v*^(contact order + 1): so many zeros stand before its digits. At v* = 1 it
+    # is no less than 10^-(m + n) (measured up to [90/93]: 2e-63). 10 digits more for rounding; a choice.
+    order = pade(m, n, _IN_DOUBLES).contact_order + 1
+    zeros = 0 if v_star == 0 or v_star > 1 else math.ceil(-order * float(v_star.log() / math.log(10)))
+    if zeros > _MOST_ZEROS:
+        raise ValueError(f"the error of {name} is below 1e-{_MOST_ZEROS}: expected a larger v*")
+    working_digits = digits + zeros + m + n + 10
+    p, collision = pade(m, n, working_digits), collide(digits=working_digits)
+    # 64 bits (a machine word) more than the digits: those that the sums of the polynomials lose.
+    with working(bits_for(working_digits) + 64):
+        top, bottom = (arb_poly(list(coefficients))(collision.v_star) for coefficients in (p.a, p.b))
+        quotient = top / bottom
+        error = quotient / collision.epsilon - 1
+    return {name: known_decimal(quotient, digits), f"error of {name}": known_decimal(error, digits)}
 
 
 @click.command(cls=Command, epilog=examples("viscopade invert --law linear --epsilon 0.5 --stiffness 1e5 --mass 0.1"))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -28,6 +29,7 @@ from viscopade.cli.console import (
     Quantity,
     Real,
     Whole,
+    check_units_of_beta,
     command_line,
     examples,
     limits_of,
@@ -39,6 +41,7 @@ from viscopade.cli.console import (
     say,
     say_below,
     show,
+    typed_text,
     with_options,
 )
 from viscopade.cli.generate import read_scene
@@ -52,6 +55,7 @@ if TYPE_CHECKING:
 # Digits of a number in a table, chosen by hand; those with which every double can be told from its neighbours; and
 # those of an error, of which the size is enough. JSON has all.
 _FIGURES, _OF_DOUBLES, _OF_ERRORS = 6, 17, 3
+_EVEN = 11  # rows of a table with equal steps: ten steps; a choice
 _MOST_ROWS = 10_000  # chosen by hand: more than anybody reads, and few enough for the memory
 _DRAWN = 200  # points of a curve: 70 to an inch of the axis, closer than a line is wide (1.3 points, 55 to an inch)
 # A point with weight or adhesion is an integration of about 20 ms, and a curve has fewer of them: 64 take 1.3 s. A
@@ -95,6 +99,14 @@ _CURVES = (
     ADHESION,
 )
 """The argument and the options of `_curves`."""
+_SPEED_AXIS = option(
+    "--speed-axis",
+    group="Output",
+    type=click.Choice(["logarithmic", "linear"]),
+    default="logarithmic",
+    show_default=True,
+    help="Steps of the speeds, or of v*: of equal ratios, or of equal differences.",
+)
 
 
 @click.command(
@@ -102,14 +114,8 @@ _CURVES = (
 )
 @with_options(*_CURVES)
 @option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
-@option(
-    "--speed-axis",
-    group="Output",
-    type=click.Choice(["logarithmic", "linear"]),
-    default="logarithmic",
-    show_default=True,
-    help="Scale of the axis of speeds, or of v*.",
-)
+@_SPEED_AXIS
+@option("--name", group="Output", help="Name of the first curve.  [default: viscoelastic, or exact, or of the scene]")
 @TITLE
 @SIZE
 @option("-o", "--output", group="Output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
@@ -117,6 +123,7 @@ def plot(
     file: Path | None,
     data: Path | None,
     speed_axis: str,
+    name: str | None,
     title: str | None,
     size: tuple[float, float] | None,
     font_size: float | None,
@@ -128,7 +135,7 @@ def plot(
     Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. --law, --program and --pade add curves.
     At --speed (or at the scene's own speed) each law has the same eps, and each program is asked for this eps. Without
     spheres eps is drawn over v*, with each --pade. Quantities may have units, such as "1 cm/s"; plain numbers are in SI
-    units.
+    units. The axis has the unit of --from. `viscopade figures` draws the paper's figures.
 
     With --gravity the sphere falls on a wall (a material with --wall, or a scene), and its weight acts during the
     contact. eps is 0 where the sphere stays down, and --epsilon includes the weight. At --speed, contacts of --law and
@@ -142,11 +149,14 @@ def plot(
     check_targets([output])
     import numpy as np
 
+    from viscopade import quantity
     from viscopade.plots import sheet, speeds
 
     # The curves, and measured points (speed, eps) to draw over them.
     page = page_of(title, size, font_size)
-    curves, ends, pair, over_v_star = _curves(file, **options)
+    curves, ends, warnings, over_v_star, _ = _curves(file, **options)
+    if name is not None:
+        curves[0] = replace(curves[0], name=name)
     if over_v_star and data is not None:
         raise click.UsageError("--data needs spheres: expected a scene, a material, --beta, or --epsilon with --speed")
     points = None
@@ -159,21 +169,28 @@ def plot(
     # Draw them over v*, or over the impact speed, at points with equal ratios; on a linear axis half of them have equal
     # differences, and the others show how steeply eps falls at low speeds. Then warn where the model's limits are
     # exceeded at the highest speed.
-    label = {"over": sheet.V_STAR} if over_v_star else {}
+    unit = _typed_unit() or "m/s"
+    label = sheet.V_STAR if over_v_star else f"impact speed in {unit}"
+    size_of_unit = 1.0 if over_v_star else float(quantity.si_decimal(f"1 {unit}", "speed") or 1)
     number = _DRAWN if options["gravity"] is options["adhesion"] is None else _DRAWN_WITH_WEIGHT
     linear = speed_axis == "linear"
     ratios, half = np.geomspace(*ends, number), number // 2
     drawn_speeds = np.union1d(np.geomspace(*ends, half), np.linspace(*ends, half)) if linear else ratios
-    draw = partial(speeds.draw_speeds, curves, drawn_speeds, points, linear=linear, **label)
+    draw = partial(speeds.draw_speeds, curves, drawn_speeds, points, over=label, unit=size_of_unit, linear=linear)
     write_all({output: sheet.picture(draw, "eps against the impact speed", command_line(), kind, page)})
     say(f"wrote {output}")
-    for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"], options["adhesion"]):
+    for text in warnings:
         say(f"Warning: {text}.")
 
 
 @click.command("table", cls=Command, epilog=examples("viscopade table --from 0.1 --to 10"))
 @with_options(*_CURVES)
-@option("--points", type=Whole(2, _MOST_ROWS), help="Number of speeds.  [default: three per decade]")
+@option(
+    "--points",
+    type=Whole(2, _MOST_ROWS),
+    help=f"Number of speeds.  [default: three per decade, or {_EVEN} on a linear axis]",
+)
+@_SPEED_AXIS
 @option(
     "--digits",
     group="Output",
@@ -183,7 +200,7 @@ def plot(
     help="Significant digits; JSON has all.",
 )
 @STYLE_OR_LATEX
-def table_command(points: int | None, digits: int, style: str, **options: Any) -> None:
+def table_command(points: int | None, speed_axis: str, digits: int, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
     The curves have the options of `viscopade plot`. For a material without --gravity and --adhesion the table also has
@@ -195,15 +212,17 @@ def table_command(points: int | None, digits: int, style: str, **options: Any) -
     from viscopade.collision.adhesion import adhesive, sticking
     from viscopade.collision.weight import falling
 
-    # Speeds with equal ratios, by default three a decade (such as 1, 2.2, 4.6, 10), which is coarse enough to read.
-    curves, ends, pair, over_v_star = _curves(**options)
+    # Speeds with equal ratios, by default three a decade (such as 1, 2.2, 4.6, 10), which is coarse enough to read, or
+    # with equal differences.
+    curves, ends, warnings, over_v_star, pair = _curves(**options)
     work = options["adhesion"]
     if (work is not None or options["gravity"] is not None) and points is not None and points > _MOST_WITH_WEIGHT:
         with_option = "--gravity" if work is None else "--adhesion"
         raise ValueError(f"points is {points}: expected at most {_MOST_WITH_WEIGHT} with {with_option}")
     # log10 of the ratio of the ends is the number of decades.
-    number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
-    speeds = np.geomspace(*ends, number)
+    linear = speed_axis == "linear"
+    default_number = _EVEN if linear else max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1)
+    speeds = (np.linspace if linear else np.geomspace)(*ends, default_number if points is None else points)
 
     # A column for each curve. Contact time and compression are those without weight and adhesion.
     key = "v_star" if over_v_star else "speed"
@@ -216,9 +235,11 @@ def table_command(points: int | None, digits: int, style: str, **options: Any) -
     if pair is not None and is_proven:
         columns.append(("contact time (s)", pair.contact_time(speeds)))
         columns.append(("max compression (m)", pair.max_compression(speeds)))
-    warnings: list[str] = []
+    # In LaTeX all numbers of a column have equally many digits: # keeps the zeros at their end.
+    kept = "#" * (style == "latex")
     texts = [
-        [f"{number:.{_OF_ERRORS if name in errors else digits}g}" for number in values] for name, values in columns
+        [f"{number:{kept}.{_OF_ERRORS if name in errors else digits}g}".rstrip(".") for number in values]
+        for name, values in columns
     ]
     rows = [*zip(*texts, strict=True)]
 
@@ -232,10 +253,9 @@ def table_command(points: int | None, digits: int, style: str, **options: Any) -
             for curve, (_, values) in zip(curves, columns[1:], strict=False)
         ],
     }
-    if pair is not None:
-        warnings = limits_of(pair, ends[1], options["yield_strength"], options["adhesion"])
-        if is_proven:
-            json_object |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
+    if pair is not None and is_proven:
+        json_object |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
+    if pair is not None or warnings:
         json_object["warnings"] = warnings
 
     # With adhesion, the speed below which the bodies stay together.
@@ -268,16 +288,19 @@ class _Curves(NamedTuple):
         Each a name and a function from speeds (or v*) to eps.
     ends : (float, float)
         Lowest and highest speed in m/s, or v*.
-    pair : Pair or None
-        The bodies, if there is only one pair.
+    warnings : list of str
+        Assumptions of the model that do not hold at the highest speed, and materials of a scene without damping.
     over_v_star : bool
         Whether the axis is v*.
+    pair : Pair or None
+        The bodies, if there is only one pair.
     """
 
     curves: list[SpeedCurve]
     ends: tuple[float, float]
-    pair: Pair | None
+    warnings: list[str]
     over_v_star: bool
+    pair: Pair | None
 
 
 class _Spheres(NamedTuple):
@@ -293,12 +316,15 @@ class _Spheres(NamedTuple):
         Lowest and highest speed in m/s.
     typical_speed : float
         In m/s, between them.
+    warnings : list of str
+        Sentences on materials of a scene.
     """
 
     named: list[tuple[str, float | Pair]]
     pair: Pair | None
     ends: tuple[float, float]
     typical_speed: float
+    warnings: Sequence[str] = ()
 
 
 def _curves(
@@ -352,9 +378,14 @@ def _curves(
             raise click.UsageError(_NO_SURFACES)
         if laws or programs:
             raise click.UsageError("--law and --program need spheres: expected --epsilon with --speed, or a material")
+        if _typed_unit():
+            raise click.UsageError("--from and --to are v*, which has no unit: expected plain numbers, or spheres")
         without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
-        return _Curves(without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True)  # v*, as above
+        return _Curves(without_spheres, _ends(slowest, fastest, 0.01, 10.0), [], True, None)  # v*, as above
     spheres = _viscoelastic(file, beta, epsilon, speed, body, gravity)
+    ends, pair = _ends(slowest, fastest, *spheres.ends), spheres.pair
+    warnings = [] if pair is None else limits_of(pair, ends[1], body["yield_strength"], adhesion)
+    warnings += spheres.warnings
 
     # Adhesion is that of one material or of a scene, and has no other law to compare with.
     if adhesion is not None:
@@ -367,7 +398,7 @@ def _curves(
         if len(pairs) < len(spheres.named):
             raise click.UsageError(_NO_SURFACES)
         curves = [speeds.adhesive_spheres(name, bodies, adhesion, gravity or 0.0) for name, bodies in pairs]
-        return _Curves(curves, _ends(slowest, fastest, *spheres.ends), spheres.pair, False)
+        return _Curves(curves, ends, warnings, False, pair)
 
     # The spheres, each with its weight, whose contact time is that at `same_eps_speed` or else at a typical speed.
     same_eps_speed = spheres.typical_speed if speed is None and file is not None else speed
@@ -390,10 +421,17 @@ def _curves(
     curves += [speeds.approximant(m, n, betas[0]) for m, n in approximants]
     if len(curves) > speeds.MOST:  # 24, a choice; 28 would have different looks
         raise ValueError(f"there are {len(curves)} curves: expected up to {speeds.MOST}")
-    return _Curves(curves, _ends(slowest, fastest, *spheres.ends), spheres.pair, False)
+    return _Curves(curves, ends, warnings, False, pair)
 
 
 _NO_SURFACES = "--adhesion needs surfaces: expected a material with --dissipative-constant, or a scene"
+
+
+def _typed_unit() -> str:
+    """Return the unit in which --from is typed, or else --to; "" if both are plain numbers or not typed."""
+    from viscopade import quantity
+
+    return next(filter(None, (quantity.unit_of(typed_text(end) or "") for end in ("slowest", "fastest"))), "")
 
 
 def _weight(gravity: float | None, speed: float, bodies: float | Pair) -> Weight | None:
@@ -465,6 +503,7 @@ def _viscoelastic(
     if beta is not None:
         if has_body:
             raise click.UsageError("--beta and a material are given: expected one of them")
+        check_units_of_beta(beta, speed="--speed", slowest="--from", fastest="--to")
         return _Spheres([("viscoelastic", _in_si(beta))], None, ends, typical_speed)
     if not has_body:
         if epsilon is None:
@@ -479,6 +518,8 @@ def _viscoelastic(
 
 def _of_scene(file: Path, falling: bool) -> _Spheres:
     """Return the pairs of bodies that meet in the scene of a file; `falling`: those of a sphere and a wall, if any."""
+    from viscopade.scene.model_limits import undamped
+
     scene = read_scene(file)
     meetings = [(meeting, scene.pair(meeting)) for meeting in scene.meetings]
     if falling:
@@ -491,7 +532,9 @@ def _of_scene(file: Path, falling: bool) -> _Spheres:
     # The typical speed is that of the first meeting, at which its material's eps is known if the scene says an eps.
     typical_speed = meetings[0][0].known_at or speeds[0].typical
     only_pair = meetings[0][1] if len(meetings) == 1 else None
-    return _Spheres([(meeting.name, pair) for meeting, pair in meetings], only_pair, (slowest, fastest), typical_speed)
+    named: list[tuple[str, float | Pair]] = [(meeting.name, pair) for meeting, pair in meetings]
+    sentences = [text for meeting, _ in meetings for text in undamped(scene, meeting)]
+    return _Spheres(named, only_pair, (slowest, fastest), typical_speed, sentences)
 
 
 def _in_si(beta: str) -> float:

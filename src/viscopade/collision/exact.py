@@ -301,7 +301,10 @@ def _named(law: Law, kappa: Fraction) -> dict[str, Fraction]:
 
 
 def epsilon(v_star: Exact, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> mp.mpf:
-    """Return eps(v*) as an mpmath number, to `digits` digits; arguments and errors as for `collision`."""
+    """Return eps(v*) as an mpmath number, to `digits` digits; arguments and errors as for `collision`.
+
+    `print` shows 15 digits of it, mpmath's default; `mpmath.nstr(number, digits)` shows all.
+    """
     return to_mpf(collision(v_star, digits, law=law).epsilon)
 
 

@@ -35,6 +35,7 @@ STYLE: Mapping[str, Any] = {
     "axes.titlesize": 8,
     "axes.titlepad": 3,
     "legend.fontsize": 6,
+    "legend.frameon": False,
     "figure.titlesize": 8.5,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
@@ -189,7 +190,7 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
         edge = 0 if look.width else 0.6
         band = Patch(facecolor=(look.color, BAND_OPACITY), edgecolor=look.color, linewidth=edge)
         handles.append((band, line) if look.band else line)
-    looks: Any = {"handlelength": 2.6, "frameon": False, "columnspacing": 1}
+    looks: Any = {"handlelength": 2.6, "columnspacing": 1}
     looks["handler_map"] = {tuple: HandlerTuple(ndivide=1)}
     legend = where.legend(handles, [text for text, _ in names], loc=place, ncols=columns, **looks)
     # One that is wider than the figure, as with large letters, is drawn again in one column.

@@ -200,12 +200,13 @@ def draw_speeds(
     data: Points | None = None,
     *,
     over: str = "impact speed in m/s",
+    unit: float = 1.0,
     linear: bool = False,
 ) -> Sheet:
     """Draw curves, and measured points if there are any; `over` is the label of the horizontal axis.
 
     `speeds` are those at which curves are computed, ascending, in m/s or v*; `data` has measured speeds and eps. The
-    axis of speeds is logarithmic unless it is to be `linear`.
+    axis of speeds has a `unit` of so many m/s, and is logarithmic unless it is to be `linear`.
     """
     # 2.6 inches (by eye), and 0.13 for each curve's line in the legend, whose letters have 6 points (0.083 inches).
     sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
@@ -220,7 +221,7 @@ def draw_speeds(
         axes,
         over,
         EPSILON,
-        (speeds[0], speeds[-1]),
+        (speeds[0] / unit, speeds[-1] / unit),
         (max(low - margin, 0), min(high + margin, 1.02)),
         "" if linear else "x",
     )
@@ -233,10 +234,10 @@ def draw_speeds(
         if i == 0 and len(curves) > 1:
             approximants_only = all(other.error is not None for other in curves[1:])
             look = BESIDE_APPROXIMANTS if approximants_only else BESIDE_OTHERS
-        draw_look(axes, look, speeds, value, f"curve-{i + 1}")
+        draw_look(axes, look, speeds / unit, value, f"curve-{i + 1}")
         names.append((speed_curve.name, look))
     if data is not None:
-        axes.plot(data.speed, data.epsilon, "o", color=POINT.color, markersize=POINT_SIZE, gid="data")
+        axes.plot(data.speed / unit, data.epsilon, "o", color=POINT.color, markersize=POINT_SIZE, gid="data")
         names.append(("measured", POINT))
     # Two columns of the legend have room for 30 characters each (by eye); longer names stand in one.
     key_of(sheet, names, "outside lower center", 1 if max(len(name) for name, _ in names) > 30 else 2)

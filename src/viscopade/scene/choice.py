@@ -71,8 +71,12 @@ def choose(scene: Scene) -> Choice:
     Raises
     ------
     ValueError
-        If there is none; the message has the error of the best kernel.
+        If there is none; the message has the error of the best kernel. If the scene has no tolerance.
     """
+    if not scene.tolerance.limits():
+        raise ValueError(
+            f"{scene.source}: tolerance is missing: expected a table with epsilon, dissipation or absolute"
+        )
     # The encounters of all pairs, with their ranges of eps; then all kernels, by cost, size and error.
     encounters = scene_encounters(scene)
     for i in track(range(len(encounters)), "pairs"):

@@ -172,7 +172,7 @@ class Meeting:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Tolerance of the simulation: the largest admissible errors; at least one is given.
+    """Tolerance of the simulation: the largest admissible errors. A kernel needs at least one; a picture needs none.
 
     Attributes
     ----------

@@ -10,7 +10,7 @@ from viscopade.collision import limits
 from viscopade.collision.spheres import restitution_error
 from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.quantity import uncertain
-from viscopade.scene.description import Scene
+from viscopade.scene.description import Meeting, Scene
 from viscopade.scene.encounter import Encounter, mean_free_time, scene_encounters
 from viscopade.scene.tolerance import in_eps
 from viscopade.simulators.setup import Setup
@@ -21,6 +21,9 @@ LONGEST_CONTACT = 0.05
 # Error of a kernel over the standard error of eps, below which it does not matter: errors add in squares, and a tenth
 # makes the error of eps 0.5 % larger.
 NEEDLESS = 0.1
+# A of a contact over that of the damped one of its two materials, from which the other one, without damping, does not
+# matter: 1 - eps is smaller by a tenth. Chosen by hand.
+_NEARLY_ALL = 0.9
 
 
 class WeightEffect(NamedTuple):
@@ -47,6 +50,23 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
             "instantaneous collisions of two bodies are not a good model",
         )
     yield from (f"{encounter.name}: {text}" for text in texts)
+    yield from undamped(scene, encounter.meeting)
+
+
+def undamped(scene: Scene, meeting: Meeting) -> Iterator[str]:
+    """Yield a sentence if one of two materials has A = 0 and makes A of their contact much smaller than the other's."""
+    names = [scene.bodies[name].material for name in (meeting.first, meeting.second)]
+    # A of a contact with its own does not follow from the materials.
+    no_damping, damped = sorted(names, key=lambda name: scene.materials[name].dissipative_constant or 0.0)
+    largest = scene.materials[damped].dissipative_constant
+    if meeting.dissipative_constant is not None or scene.materials[no_damping].dissipative_constant or not largest:
+        return
+    share = scene.pair(meeting).A / largest
+    if share < _NEARLY_ALL:
+        yield (
+            f"{meeting.name}: {no_damping} has A = 0, so that A of this contact is {100 * share:.2g} % of that of "
+            f"{damped}, and eps is larger; an eps measured at this contact belongs in [[contact]]"
+        )
 
 
 def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
@@ -63,9 +83,10 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
         f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(epsilon, error)} (standard "
         f"error), because A is known to {percent:.2g} %"
     )
-    # The smallest error of eps that a tolerance allows. The sentence comes only below half of what is enough, so that
-    # whoever follows it does not read it again after rounding.
-    allowed = min(limit * in_eps(measure, epsilon, 1 - epsilon) for measure, limit in scene.tolerance.limits().items())
+    # The smallest error of eps that a tolerance allows, if there is one. The sentence comes only below half of what is
+    # enough, so that whoever follows it does not read it again after rounding.
+    limits_of_eps = (limit * in_eps(name, epsilon, 1 - epsilon) for name, limit in scene.tolerance.limits().items())
+    allowed = min(limits_of_eps, default=0.0)
     if 0 < allowed < NEEDLESS * error / 2:
         yield (
             f"{encounter.name}: the tolerance is needlessly small: it allows an error of eps of {allowed:.2g}, but the "

@@ -109,7 +109,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
         materials=materials,
         bodies=bodies,
         meetings=meetings,
-        tolerance=_tolerance(whole.need("tolerance", "a table with epsilon, dissipation or absolute")),
+        tolerance=_tolerance(whole.get("tolerance")),
         code=_code(whole.get("code")),
         volume_fraction=_volume_fraction(whole.get("gas")),
         units=units,
@@ -457,8 +457,10 @@ def _require_damping(scene: Scene, meeting: Meeting, place: str) -> None:
 # --- tolerance, code, gas and units -----------------------------------------------------------------------------------
 
 
-def _tolerance(node: Node) -> Tolerance:
-    """Return the tolerance, [tolerance], which has at least one of its keys."""
+def _tolerance(node: Node | None) -> Tolerance:
+    """Return the tolerance, [tolerance], which has at least one of its keys; one without limits if there is none."""
+    if node is None:
+        return Tolerance()
     # An error of 1 or more, relative or of eps, would be no tolerance.
     node.only(*_INSIDE["tolerance"])
     limits = {name: limit.within("a number > 0 and < 1", lambda t: 0 < t < 1) for name, limit in node.parts()}

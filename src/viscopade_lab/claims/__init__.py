@@ -69,9 +69,8 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
     for name in chosen:
         if name not in by_name:
             # `suggestion` returns ": did you mean …?" for a name that resembles one of the claims, else "".
-            raise ValueError(
-                f"there is no claim {name!r}{suggestion(name, by_name) or ': expected ' + ', '.join(by_name)}"
-            )
+            expected = f": expected a name such as {CLAIMS[0].name}; `viscopade claims` prints all"
+            raise ValueError(f"there is no claim {name!r}{suggestion(name, by_name) or expected}")
 
     checked = []
     for i in track(range(len(chosen)), "claims"):  # a progress bar over all claims

@@ -110,7 +110,7 @@ def _cooling() -> Sheet:
     for name in ("constant", "[1/4]"):
         _mark_simulated_errors(bottom, name, functions[name])
     names = ["simulations, constant", "simulations, [1/4]"]
-    bottom.legend(bottom.containers, names, loc="upper right", ncol=2, frameon=False)
+    bottom.legend(bottom.containers, names, loc="upper right", ncol=2)
     return sheet
 
 
@@ -143,7 +143,7 @@ def _mark_simulated_temperatures(axes: Axes, functions: Mapping[str, gas.Restitu
         run = gas.cool(restitution, particles=PARTICLES, temperature=TEMPERATURE, time=float(MARKED[-1]))
         (points,) = axes.plot(MARKED, run.temperature_at(MARKED), "o", color=BLACK, gid=f"simulated-{name}")
         points.set(**_POINTS)
-    axes.legend([points], [f"simulation, {PARTICLES} particles"], loc="lower left", frameon=False)
+    axes.legend([points], [f"simulation, {PARTICLES} particles"], loc="lower left")
 
 
 def _draw_errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:

@@ -339,9 +339,7 @@ def _materials() -> Sheet:
         if v_star[-1] > 1:
             draw_curve(axes, "k_c=20", speeds, _until_out(_truncated(v_star, 20), -0.1, 1.1), gid=f"series-{name}")
         draw_curve(axes, "[3/6]", speeds, _pade((3, 6), v_star), place, gid=f"pade-{name}", text=name)
-    axes.legend(
-        axes.lines[-3:], ("exact", "series to order 20", "[3/6] of the paper"), loc="center right", frameon=False
-    )
+    axes.legend(axes.lines[-3:], ("exact", "series to order 20", "[3/6] of the paper"), loc="center right")
     return sheet
 
 
@@ -389,7 +387,7 @@ def _pade_at_large_v_star() -> Sheet:
     key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": "$v_*^{-3.2}$"}
     key |= {"limit-power": r"$(3/2)^{2/3}\,v_*^{-10/3}$", "exact": "exact"}
     lines, names = [*(curves[name] for name in key), axes.lines[-1]], [*key.values(), "zero of [2/5]"]
-    axes.legend(lines, names, loc="lower left", handlelength=3.6, frameon=False)  # 3.6 letters: room for all dashes
+    axes.legend(lines, names, loc="lower left", handlelength=3.6)  # 3.6 letters: room for all dashes
     return sheet
 
 
@@ -465,7 +463,7 @@ def _pade_errors() -> Sheet:
         pole_mark = _mark(
             plane, "pole", pole, 100, SKY, "pole-[25/28]" + suffix, label="pole of [25/28]", on_frame=True
         )
-        plane.legend(handles=[mark, pole_mark], loc="lower right", frameon=False)
+        plane.legend(handles=[mark, pole_mark], loc="lower right")
     label_axes(planes[0], V_STAR, "relative error of " + EPSILON, (0.1, 100), (low, high), "xy")
     label_axes(planes[1], V_STAR, r"relative error of $1-\varepsilon$", (0.1, 100), (low, high), "xy")
     return sheet
@@ -510,8 +508,8 @@ def _poles_and_zeros() -> Sheet:
     scale = ScalarMappable(Normalize(-0.5, MAX_M + 0.5), colors)
     sheet.colorbar(scale, ax=plane, label="$m$", ticks=range(0, MAX_M + 1, 5), location="top", aspect=40)
     label_axes(line, V_STAR, "$m$", (0.1, 200), (-1, MAX_M + 1), "x")  # the positive roots lie between 0.28 and 97
-    plane.legend(loc="upper right", frameon=False, handletextpad=0.2)
-    line.legend(loc="upper left", frameon=False, handletextpad=0.2)
+    plane.legend(loc="upper right", handletextpad=0.2)
+    line.legend(loc="upper left", handletextpad=0.2)
     return sheet
 
 

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-SIZE = (7.3, 3.6)
-"""Of a picture, in inches: a page is 730 pixels wide, 100 to the inch; half as high, a choice."""
-STYLE: Any = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize", "legend.fontsize"), 10)
-# Chosen by hand: letters as large as the page's text beside them, those at ticks a little smaller.
-STYLE |= {"xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.frameon": False}
+    from matplotlib.axes import Axes
 
 
 class Row(NamedTuple):
@@ -37,11 +31,16 @@ class Row(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """The result of a case: its rows, a summary in words, and a function that draws the picture."""
+    """The result of a case: its rows, a summary in words, a function that draws the picture, and its height in inches.
+
+    The function takes the axes of a picture of one column, 3.4 inches wide.
+    """
 
     rows: tuple[Row, ...]
     summary: str
-    draw: Callable[[Figure], None]
+    draw: Callable[[Axes], None]
+    height: float = 2.6
+    """As other figures with one panel."""
 
     @property
     def worst(self) -> Row:
@@ -90,12 +89,9 @@ def svg(case: Case, finding: Finding) -> bytes:
     ModuleNotFoundError
         Without Matplotlib.
     """
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure as Sheet
-
     from viscopade.plots import sheet
 
-    with sheet.style_context(), rc_context(STYLE):
-        figure = Sheet(figsize=SIZE)
-        finding.draw(figure)
+    with sheet.style_context():
+        figure, (axes,) = sheet.new_sheet(finding.height)
+        finding.draw(axes)
         return sheet.file_content(figure, case.title, f"viscopade hardcases --only {case.name}", "svg")

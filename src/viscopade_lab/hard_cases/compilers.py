@@ -34,7 +34,7 @@ from viscopade.progress import track
 from viscopade_lab.hard_cases.case import Finding, Row
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 EXPORTS = Path(__file__).parents[3] / "exports"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unknown-pragmas", "-Wno-unused-function")
@@ -290,18 +290,19 @@ def make_finding(largest: Mapping[Build, float]) -> Finding:
         f"Builds: {', '.join(build.label for build in largest if not build.mode)}."
     )
 
-    def draw(figure: Figure) -> None:
+    def draw(axes: Axes) -> None:
         """Draw a point for each build, a row for each label, with the two bounds as lines."""
-        axes = figure.subplots()
         # Sizes of points and lines, in points, are chosen by hand.
         for kind, (_, color) in KINDS.items():
             chosen = {build.label: e for build, e in largest.items() if build.kind == kind}
-            axes.plot(list(chosen.values()), list(chosen), "o", color=color, markersize=5, label=kind)
+            if chosen:  # else its name would stand in the legend
+                axes.plot(list(chosen.values()), list(chosen), "o", color=color, markersize=5, label=kind)
         axes.axvline(1, color=BLACK, linewidth=0.8, label="bound, to nearest")
         axes.axvline(2, color=ORANGE, linewidth=0.8, label="bound, other modes")
         axes.invert_yaxis()
         # Bounds are nearly reached: errors lie between them, just below 1 and just below 2.
         axes.set(xlabel="error / proven error", xlim=(0.9, 2.1))
-        axes.legend(loc="upper center")
+        axes.figure.legend(loc="outside lower center")
 
-    return Finding(rows, summary, draw)
+    # Inches: 0.13 for each row, whose letters are 7 points high (0.1 inches), and 1.4 for the axis and the legend.
+    return Finding(rows, summary, draw, 1.4 + 0.13 * len({build.label for build in largest}))

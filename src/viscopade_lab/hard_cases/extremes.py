@@ -26,7 +26,7 @@ from viscopade_lab import asymptotics
 from viscopade_lab.hard_cases.case import Finding, Row
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from viscopade_lab.asymptotics import Expansion
 
@@ -178,13 +178,12 @@ def make_finding(resolved: Mapping[tuple[str, str], Sequence[Difference]], exces
         "infinity."
     )
 
-    def draw(figure: Figure) -> None:
+    def draw(axes: Axes) -> None:
         """Draw log10 of the differences over log10 of v*: after n = 1, 2, 3 terms, at both ends.
 
         eps -> 1 for v* -> 0 and eps -> 0 for v* -> infinity, so that 1 - eps and eps have terms there. v* beyond 1e±30
         are single points, which would squeeze the rest.
         """
-        axes = figure.subplots()
         for n, color, mark in zip((1, 2, 3), (BLUE, VERMILION, GREEN), "os^", strict=True):
             for end, name in ((NEAR, "one_minus_epsilon"), (FAR, "epsilon")):
                 chosen = (d for d in resolved[end, name] if d.terms == n and abs(d.log_v_star) <= 30)

@@ -24,7 +24,7 @@ from viscopade_lab.hard_cases.case import Finding, Row
 from viscopade_lab.hard_cases.exact_pade import exact_solution
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 DIGITS = 30
 """Significant digits that `pade` is asked for: its default."""
@@ -176,10 +176,9 @@ def make_finding(losses: Sequence[Lost]) -> Finding:
         "point loses about as many digits, so no other algorithm would help."
     )
 
-    def draw(figure: Figure) -> None:
+    def draw(axes: Axes) -> None:
         """Draw the digits to spare and those lost over m: condition number as a line, LU decomposition as points."""
         # Points have a size of 4, chosen by hand.
-        axes = figure.subplots()
         spare, lu_digits = [loss.spare for loss in losses], [loss.lu for loss in losses]
         axes.plot(m, spare, color=BLACK, label=f"digits to spare, beyond the {DIGITS} requested")
         axes.plot(m, condition_digits, color=VERMILION, label="digits lost by the condition number")

@@ -27,7 +27,7 @@ from viscopade_lab.hard_cases.case import Finding, Row
 from viscopade_lab.hard_cases.exact_pade import rational_pade
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 QUICK, THOROUGH = (1, 3, 5, 7, 10, 13, 20), tuple(range(41))
 """The m of [m/m+3] in either run, chosen by hand; doublets appear at m = 6 (6 digits) and m = 23 (double)."""
@@ -204,9 +204,8 @@ def make_finding(changes_by_rounding: dict[str, dict[int, Change]], table: float
         "enough: half a unit of each last digit accounts for the whole change of eps."
     )
 
-    def draw(figure: Figure) -> None:
+    def draw(axes: Axes) -> None:
         """Draw the largest shift of a pole over m, a curve for each rounding, and the tolerance as a line."""
-        axes = figure.subplots()
         for (name, changes), color, mark in zip(changes_by_rounding.items(), (VERMILION, BLUE), "os", strict=True):
             # Below u = 1e-16 of double shifts would only stretch the logarithmic axis; 0 has no place on it.
             shifts = [max(c.pole, 1e-18) for c in changes.values()]

@@ -27,7 +27,7 @@ from viscopade_lab.hard_cases.case import Finding, Row
 from viscopade_lab.hard_cases.worst import BITS, functions, worst
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 FAMILIES = {
     "quotients": "quotients of polynomials in v*",
@@ -172,9 +172,8 @@ def make_finding(
         "difference 1 - eps loses."
     )
 
-    def draw(figure: Figure) -> None:
+    def draw(axes: Axes) -> None:
         """Draw the largest error / bound of all functions side by side, a colour and a mark for each family."""
-        axes = figure.subplots()
         start = 0
         # Sizes and distances are chosen by hand; letters are Matplotlib's marks.
         for (family, values), color, mark in zip(
@@ -183,8 +182,8 @@ def make_finding(
             axes.plot(range(start, start + len(values)), values, mark, color=color, markersize=3, label=family)
             start += len(values)
         axes.axhline(1, color=BLACK, linewidth=0.8, label="bound")
-        # A quarter above the bound at 1 has room for the legend, which is one row: six columns hold all families.
-        axes.set(ylabel="round-off / proven bound", xlabel="function, branch or row of a table", ylim=(0, 1.25))
-        axes.legend(loc="upper center", ncols=6, columnspacing=1.2, handletextpad=0.4)
+        # A third above the bound at 1 has room for the legend, which is two rows of three columns.
+        axes.set(ylabel="round-off / proven bound", xlabel="function, branch or row of a table", ylim=(0, 1.35))
+        axes.legend(loc="upper center", ncols=3, columnspacing=1.2, handletextpad=0.4)
 
     return Finding(rows, summary, draw)

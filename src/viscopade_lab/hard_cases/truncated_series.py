@@ -26,7 +26,7 @@ from viscopade_lab import singularity
 from viscopade_lab.hard_cases.case import Finding, Row
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 TOLERANCE = 1e-3
 """Largest |S_k/eps - 1|: a choice, three digits of eps."""
@@ -168,9 +168,8 @@ def make_finding(series_h: Coefficients, failures: FloatArray) -> Finding:
         " precision fail at the same v* as exact sums. S_k is the sum of the terms up to v*^k."
     )
 
-    def draw(figure: Figure) -> None:
+    def draw(axes: Axes) -> None:
         """Draw the failures and their bounds over the order k, with the radius of convergence as a line."""
-        axes = figure.subplots()
         k = np.arange(order + 1)
         axes.plot(k, failures, "o", color=BLUE, markersize=3, label="$v_*$ from which $S_k$ is off by $10^{-3}$")
         axes.plot(
