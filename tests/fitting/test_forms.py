@@ -114,7 +114,7 @@ READ = {
     "Höhe": (
         "Höhe h / cm;Nr.\n100;0\n81;1\n64;2\n",
         *OF_HEIGHTS,
-        "height: 'Höhe h / cm' in cm (its header); not used: 'Nr.'",
+        "height: 'Höhe h / cm' in cm (its header); number: 'Nr.'; not used: none",
     ),
     "hauteur": ("hauteur (m);±\n1;0,01\n0,81;0,01\n0,64;0,01", *OF_HEIGHTS, "error of height: '±'"),
     "H and h": ("H (cm),h (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'H (cm)'; rebound_height: 'h (cm)'"),
