@@ -21,7 +21,7 @@ def data(model, sigma=0.005, seed=1, speed=SPEED, kappa=0.1, power=None, known=T
 
 
 def judged(points):
-    return verdict.judge(verdict.compare_laws(points))
+    return verdict.judged(points)[1]
 
 
 VISCOELASTIC, CONSTANT, HUNT_CROSSLEY, FREE = verdict.MODELS

@@ -767,7 +767,8 @@ def fit_json(
         # usual level.
         "interval_68": _finite(damping_fit.interval(0.68)),
         "interval_95": _finite(damping_fit.interval(0.95)),
-        "chi2": main.chi2,
+        # A fitted scatter makes chi^2 of any law its degrees of freedom: it says nothing.
+        "chi2": main.chi2 if damping_fit.points.errors_complete else None,
         "dof": main.degrees,
         "verdict": damping_fit.verdict.word,
         "reasons": list(damping_fit.verdict.reasons),
@@ -776,7 +777,7 @@ def fit_json(
             {
                 "law": fit.model.name,
                 "exponent": fit.exponent,
-                "chi2": fit.chi2,
+                "chi2": fit.chi2 if damping_fit.points.errors_complete else None,
                 "dof": fit.degrees,
                 "scatter": fit.scatter,
                 "aic": _finite([fit.aic])[0],

@@ -124,26 +124,36 @@ def outliers(points: Points) -> list[tuple[str, float]]:
     return [(points.labels[i], float(deviations[i])) for i in np.flatnonzero(np.abs(deviations) > _FAR).tolist()]
 
 
+def judged(
+    points: Points, laws: Sequence[Model] = (), *, robust: bool = False
+) -> tuple[tuple[LawFit, ...], Verdict]:
+    """Return the fits of `compare_laws`, and the verdict of `judge` on them.
+
+    If eps scatters more than its standard errors under every law, both are those with this scatter.
+    """
+    fits = compare_laws(points, laws, robust=robust)
+    main = fits[0]
+    # chdtrc(d, x): the probability that chi^2 with d degrees of freedom exceeds x.
+    if not points.errors_complete or any(special.chdtrc(fit.degrees, fit.chi2) >= _POOR for fit in fits):
+        return fits, judge(fits)
+    with_scatter = compare_laws(replace(points, errors_complete=False), laws, robust=robust)
+    found = judge(with_scatter)
+    text = (
+        f"eps scatters more than its standard errors, for every law (chi^2 = {main.chi2:.1f} for {main.degrees} "
+        "degrees of freedom): all results are those with --scatter, which fits the additional scatter"
+    )
+    word: Word = "holds with a limit" if found.word == "holds" else found.word
+    return with_scatter, replace(found, word=word, reasons=(text, *found.reasons))
+
+
 def judge(fits: Sequence[LawFit]) -> Verdict:
     """Return the verdict on the first of several laws fitted to the same points.
 
     Akaike's criteria decide: the law does not hold if another one is better by more than `CLEAR`, and it holds if a
-    constant eps and nu = 1 are worse by `CLEAR` or more. If eps scatters more than its standard errors under every
-    law, the laws are compared with this scatter. `fits` are those of `compare_laws`.
+    constant eps and nu = 1 are worse by `CLEAR` or more. `fits` are those of `compare_laws`.
     """
     main, fits_by_name = fits[0], {fit.model.name: fit for fit in fits[1:]}
     number, free_exponent = len(main.points), fits_by_name.get("free exponent")
-    # Complete errors that no law explains: judge again with a scatter besides them.
-    # chdtrc(d, x): the probability that chi^2 with d degrees of freedom exceeds x.
-    if main.points.errors_complete and all(special.chdtrc(fit.degrees, fit.chi2) < _POOR for fit in fits):
-        further = [fit.model for fit in fits if fit.model not in MODELS]
-        with_scatter = judge(compare_laws(replace(main.points, errors_complete=False), further, robust=main.robust))
-        text = (
-            f"eps scatters more than its standard errors, for every law (chi^2 = {main.chi2:.1f} for {main.degrees} "
-            "degrees of freedom): the verdict is the one with --scatter, which fits the additional scatter"
-        )
-        word: Word = "holds with a limit" if with_scatter.word == "holds" else with_scatter.word
-        return replace(with_scatter, word=word, reasons=(text, *with_scatter.reasons))
     # Whether the interval of p (parameter 1) reaches the theory's 1/5: if so, the free exponent is no rival.
     low, high = (THEORY, THEORY) if free_exponent is None else free_exponent.interval(_LEVEL, 1)
     agrees_with_theory = low - _SLACK <= THEORY <= high + _SLACK
