@@ -139,7 +139,11 @@ def test_several_files_of_which_one_has_an_echo(tmp_path):
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("time\n0\n1\n1.9\n2\n", "1 point has a speed and an eps: expected 3 or more; line 4 is left out: an echo"),
+        (
+            "time\n0\n1\n1.9\n2\n",
+            "1 point has a speed and an eps: expected 3 or more; `viscopade invert --epsilon 0.9 --speed 4.903` gives "
+            "the damping for this one; line 4 is left out: an echo",
+        ),
         (
             "H (cm),h (cm)\n92,67\n92,66\n92,68\n",
             "all speeds are 4.248 m/s: .*`viscopade invert --epsilon 0.8534`.* of 0.853, 0.847, 0.860",
@@ -230,6 +234,7 @@ def test_bounces_in_air_with_their_contacts(tmp_path):
     assert found["beta"] == pytest.approx(wall.beta, rel=1e-5)
 
 
+OVERLAP = "the overlap reaches 0.11 of the radius, more than 0.03: Hertz's theory is for small contacts"
 SOFT = ("--radius", "2 cm", "--density", 1100, "--young-modulus", "2 MPa", "--poisson-ratio", 0.49)
 
 
@@ -242,15 +247,11 @@ def test_weight_of_a_soft_ball_is_in_the_fit_or_said_to_be_left_out(tmp_path):
     assert found["beta"] == pytest.approx(0.32315, abs=2e-6)
     assert found["dissipative_constant"]["value"] == pytest.approx(4e-4, rel=1e-5)
     assert found["verdict"] == "holds"
-    assert found["warnings"] == []
+    assert found["warnings"] == [OVERLAP]
     assert found["weight"]["fitted"]
     assert found["weight"]["g_t_c_over_v"] == pytest.approx([0.0414, 0.498], abs=1e-3)
     assert "Weight in contacts is in the fit: g t_c/v is 0.041 to 0.5." in said(*words, *SOFT, "--wall")
-    two = json_of(*words, *SOFT)
-    assert not two["weight"]["fitted"]
-    assert two["warnings"] == [
-        "weight in contacts is neglected: g t_c/v is 0.036 to 0.41; --wall, for a sphere on a plane, includes it"
-    ]
+    assert json_of(*words, *SOFT) == found  # what bounces does so on a plane
     text = said(*words)
     assert (
         "Weight in contacts is neglected: it matters if the contact of the slowest bounce lasts 0.43 ms or more" in text
@@ -260,7 +261,7 @@ def test_weight_of_a_soft_ball_is_in_the_fit_or_said_to_be_left_out(tmp_path):
 
 def test_eps_at_a_speed_has_weight_only_if_the_sphere_fell(data):
     soft = ("--radius", "2 cm", "--density", 1100, "--young-modulus", "0.1 MPa", "--poisson-ratio", 0.49, "--wall")
-    assert "if the sphere fell on the wall, g t_c/v is" in json_of("fit", data, *soft)["warnings"][0]
+    assert "if the sphere fell on the wall, g t_c/v is" in json_of("fit", data, *soft)["warnings"][-1]
     assert json_of("fit", data, *MATERIAL)["weight"] is None
 
 

@@ -167,6 +167,11 @@ _CONDITIONS: dict[str, Callable[[Fraction], bool]] = {
 }
 
 
+def _with_point(text: str) -> str:
+    """Return the advice for a typed number with a decimal comma; "" for another text."""
+    return ", with a decimal point" if re.search("[0-9],[0-9]", text) else ""
+
+
 class Real(_Number):
     """Type of an option: a decimal number, read as a double. `condition` is a key of `_CONDITIONS`."""
 
@@ -180,7 +185,7 @@ class Real(_Number):
         if isinstance(value, float):  # already converted: Click converts a default and a prompt again
             return value
         # The condition is checked on the exact decimal, before it is rounded: 1e-400 > 0 holds.
-        accepted = f"a finite decimal number{self.condition}"
+        accepted = f"a finite decimal number{self.condition}{_with_point(value)}"
         return float(arguments.exact_number(_name(param), value, accepted, _CONDITIONS[self.condition]))
 
 
@@ -217,7 +222,7 @@ class Quantity(_Number):
             # 2.5 stands for any number.
             article = "an" if self.dimension[0] in "aeiou" else "a"
             expected = f'{article} {self.dimension}{self.condition}, such as "2.5 {example}", or a number in {unit}'
-            raise ValueError(f"{name} is {value!r}: expected {expected}")
+            raise ValueError(f"{name} is {value!r}: expected {expected}{_with_point(value)}")
         return in_si
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:

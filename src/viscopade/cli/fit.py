@@ -76,9 +76,7 @@ class Neglected(NamedTuple):
         ]
 
 
-def _warnings(
-    recording: Recording, damping_fit: DampingFit, pair: Pair | None, neglected: Neglected
-) -> list[str]:
+def _warnings(recording: Recording, damping_fit: DampingFit, pair: Pair | None, neglected: Neglected) -> list[str]:
     """Return sentences on units, on neglected effects and limits of the model that matter, and on eps above 1.
 
     `recording` is what was read of the data, `damping_fit` their fit, and `pair` the bodies, if they are known.
@@ -91,7 +89,8 @@ def _warnings(
     if not above:
         return warnings
     i, others = above[0], len(above) - 1
-    excess = (points.epsilon[i] - 1) / damping_fit.main.standard_errors[i]
+    # Errors as measured, or those of the fitted scatter
+    excess = (points.epsilon[i] - 1) / (points.standard_errors[i] or damping_fit.main.standard_errors[i])
     more = f", and {others} more eps are" * (others > 0)
     text = f"{points.labels[i]}: eps = {points.epsilon[i]:.6g} is above 1, by {excess:.2g} standard errors"
     return [*warnings, f"{text}{more}; {'they are' if others else 'it is'} in the fit"]
@@ -285,7 +284,7 @@ def fit(
         from viscopade.plots import fit_picture, sheet
 
         kind = picture_kind("--plot", picture)
-        draw = partial(fit_picture.draw_fit, damping_fit)
+        draw = partial(fit_picture.draw_fit, damping_fit, with_result=title != "")
         written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind, page)
     if code is not None and language is not None:
         from viscopade.fitting import empirical
@@ -337,7 +336,7 @@ def _fit_data(
     """
     from dataclasses import replace
 
-    from viscopade.collision.spheres import Pair, Sphere
+    from viscopade.collision.spheres import Pair
     from viscopade.files import content
     from viscopade.fitting import damping, read
     from viscopade.fitting import neglected_effects as effects
@@ -374,18 +373,20 @@ def _fit_data(
     _require_speeds(recording, ", ".join(map(str, data)))
     damping_fit = damping.fit(points, laws=laws, robust=robust)
 
-    # The bodies that collided: what bounces does so on a plane. A follows from beta, and the Young modulus from measured
-    # contact times if it is not typed.
+    # The bodies that collided: what bounces does so on a plane. A follows from beta, and the Young modulus, if it is not
+    # typed, from measured contact times.
     on_plane = body["wall"] or recording.kind != "speeds" or plane["young_modulus"] is not None
     constants: dict[str, Constant] = {}
     pair = None
     if sphere is not None and wall is not None and body["poisson_ratio"] is not None:
         if is_elastic:
-            constants["dissipative_constant"] = damping_fit.dissipative_constant(Pair(sphere, wall if on_plane else sphere))
+            constants["dissipative_constant"] = damping_fit.dissipative_constant(
+                Pair(sphere, wall if on_plane else sphere)
+            )
         elif points.contact_time is not None:
             constants["dissipative_constant"], young = damping_fit.stiffness(sphere, on_plane)
             constants["young_modulus"] = young
-            sphere, wall = (replace(each, young_modulus=young.value) for each in (sphere, wall))
+            sphere, wall = (replace(body_or_plane, young_modulus=young.value) for body_or_plane in (sphere, wall))
         else:
             raise click.UsageError("the Young modulus is not known: expected --young-modulus, or a column contact_time")
         pair = Pair(sphere, wall if on_plane else sphere).damped(constants["dissipative_constant"].value)
@@ -411,9 +412,7 @@ def _plane(sphere: Sphere | None, plane: Mapping[str, float | None], has_modulus
         raise click.UsageError(f"a plane of another material needs {words}, and the material of the sphere")
     if sphere is None:
         return None
-    constants = {
-        name: getattr(sphere, name) if constant is None else constant for name, constant in plane.items()
-    }
+    constants = {name: getattr(sphere, name) if constant is None else constant for name, constant in plane.items()}
     return Sphere.wall(**constants, dissipative_constant=0)
 
 
@@ -428,6 +427,9 @@ def _require_speeds(recording: Recording, files: str) -> None:
         text = (
             f"{len(points)} {'points have' if len(points) > 1 else 'point has'} a speed and an eps: expected 3 or more"
         )
+        if len(points) == 1:
+            one = f"--epsilon {points.epsilon[0]:.4g} --speed {points.speed[0]:.4g}"
+            text += f"; `viscopade invert {one}` gives the damping for this one"
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():  # equal but for round-off
         # The standard error of a mean: s/sqrt(n), with s from n - 1 degrees of freedom.
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
@@ -688,9 +690,7 @@ def _bodies(pair: Pair, constants: Mapping[str, Constant]) -> str:
         other = "--wall-young-modulus and --wall-poisson-ratio give the plane another one"
         return f"A is that of a sphere on a plane of its own material; {other}"
     # The weight of the sphere's A in the mean, D_1/(D_1 + D_2): it is the mean of 1 and 0.
-    weight = Pair(
-        replace(first, dissipative_constant=1.0), replace(second, dissipative_constant=0.0)
-    ).A
+    weight = Pair(replace(first, dissipative_constant=1.0), replace(second, dissipative_constant=0.0)).A
     a = constants["dissipative_constant"]
     alone = uncertain(a.value / weight, a.standard_error / weight)
     return (

@@ -58,8 +58,8 @@ _RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))
 # from one bounce to the next.
 _STEP, _MISSED = np.array([1, 2, 1, 2]), np.array([[False], [False], [True], [True]])
 _COST = np.array([[0.0], [_LOST], [_LOST], [2 * _LOST]])
-# Heights: the exponents p of the laws that a fit compares, and standard deviations of ln eps, which end at `_VARIATION`.
-# Smaller ones would take a change of eps for an unseen rebound. By hand, with the simulated drops of test_bounces.py.
+# Heights: the exponents p of the laws that a fit compares, and standard deviations of ln eps up to `_VARIATION`. With
+# smaller ones a change of eps would be an unseen rebound. By hand, with the simulated drops of test_bounces.py.
 _EXPONENTS_OF_LOSS, _SCATTERS = (0.0, 0.2, 1.0), (0.01, 0.02, _VARIATION)
 _UNSEEN = "a rebound before it was not measured"
 # Roles of a sound. Less than 16: a bounce; the number is 4 times the kind of interval before it plus the kind after it.
@@ -333,14 +333,16 @@ def unseen_rebounds(drops: Sequence[tuple[FloatArray, FloatArray]]) -> list[list
             total = least.sum(axis=1, keepdims=True)
             cost_as = np.minimum(cost_as, (total - least + costs).min(axis=1))
     more_as_two = cost_as[1] - cost_as[0]
-    found, begin = [], 0
+    unseen_by_drop, begin = [], 0
     for heights, _ in drops:
         differences = more_as_two[begin : (begin := begin + len(heights) - 1)]
-        found.append([
-            (int(k) + 1, _UNSEEN if differences[k] < -_DISTINCT else f"ambiguous: {_UNSEEN}, or it lost more")
-            for k in np.flatnonzero(differences < _DISTINCT)
-        ])
-    return found
+        unseen_by_drop.append(
+            [
+                (int(k) + 1, _UNSEEN if differences[k] < -_DISTINCT else f"ambiguous: {_UNSEEN}, or more was lost")
+                for k in np.flatnonzero(differences < _DISTINCT)
+            ]
+        )
+    return unseen_by_drop
 
 
 def evenly_spaced(times: FloatArray, digit: float = 0.0) -> bool:

@@ -227,5 +227,5 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
         points = points.grouped(GROUPS)
     # The viscoelastic law and its rivals, then the verdict and the points that are far from any law
     models = [Model.from_law(str(law), law_of(law)) for law in laws]
-    fits, found = verdict.judged(points, models, robust=robust)
-    return DampingFit(fits[0].points, fits, found, tuple(verdict.outliers(points)))
+    fits, judgement = verdict.judged(points, models, robust=robust)
+    return DampingFit(fits[0].points, fits, judgement, tuple(verdict.outliers(points)))

@@ -49,8 +49,8 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 # In a cell that is data, and so no unit: it begins with a number, "-1.2", or has a digit that begins a word, "t = 3",
 # or is nan. Digits behind a letter, _, ^ or a minus sign may be the power of a unit: "m2", "s^2", "m s-1", "s⁻1".
 _DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)
-# Columns in which each value follows the one in the row above it: an eps is the ratio of two, or its root. (Of instants,
-# `bounces.audible_bounces` finds those that are missing.)
+# Columns in which each value follows the one in the row above it: an eps is the ratio of two, or its root. (For
+# instants, `bounces.audible_bounces` finds those that are missing.)
 _CHAINS = (("height",), ("interval",))
 # "1,234": a comma that may separate thousands, or be a decimal sign
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
@@ -260,9 +260,14 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
         return ValueError(f"{sheet.source}: there is no column {absent[0]!r}: {header}")
     if name:
         return ValueError(f"{sheet.source}: there is no column {name!r}: expected one, because an option names it")
-    accepted = "; or ".join(form.header for form in forms.FORMS if form.epsilon == "epsilon")
-    how = "--column NAME=HEADER gives the name of a column, and --unit NAME=UNIT its unit"
-    return ValueError(f"{sheet.source}: the columns are {header}: expected {accepted}; {how}")
+    # The first column whose header ends in a unit is suggested as a quantity of this unit, or else as a speed.
+    units = {"time": "time", "length": "height", "speed": "speed"}
+    pairs = product((cell.strip() for cell in sheet.header), units)
+    suggested = [f"{units[dimension]}={cell!r}" for cell, dimension in pairs if forms.has_unit(cell, dimension)]
+    how = suggested[0] if suggested else f"speed={sheet.header[0].strip()[:40]!r}"
+    accepted = "names such as time (s); height (cm); or speed (m/s), epsilon"
+    text = f"the columns are {header}: expected {accepted}; or --column NAME=HEADER, such as --column {how}"
+    return ValueError(f"{sheet.source}: {text}; --unit NAME=UNIT gives a unit")
 
 
 def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
@@ -444,7 +449,9 @@ class _Reader:
         bad &= [not may_be_blank or str(cell).lower() not in ("", "nan") for cell in cells]
         if bad.any():
             k = int(np.argmax(bad))
-            cell, accepted = str(cells[k]), f"expected a number{condition}"
+            cell, accepted = str(cells[k]), f"expected a number{condition}" + ", or an empty cell" * may_be_blank
+            if any(sign in cell for sign in ("±", "+-", "+/-")):
+                accepted = "expected its error in a column +/- beside it"
             # "90 %" for a plain number: the message has the number, in hundredths.
             percent = self._number(cell.removesuffix("%").strip()) if cell.endswith("%") else math.nan
             if math.isfinite(percent) and not forms.measured_quantity(name).dimension:
@@ -822,9 +829,9 @@ def _points_of_heights(reader: _Reader) -> Points:
     if reader.form.needed == ("height",):
         unseen = zip(drops, bounces.unseen_rebounds([(drop.values, drop.sigma) for drop in drops]), strict=True)
         drops = []
-        for drop, found in unseen:
-            reader.left_out += [(drop.labels[k], why) for k, why in found]
-            drops += drop.split_before([k for k, _ in found])
+        for drop, indices in unseen:
+            reader.left_out += [(drop.labels[k], why) for k, why in indices]
+            drops += drop.split_before([k for k, _ in indices])
     labelled_drops = [(drop.values, drop.labels) for drop in drops]
     if np.ptp(np.concatenate([values for values, _ in labelled_drops])) == 0:
         raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {advice}")

@@ -55,8 +55,13 @@ def scene_text(fit: DampingFit, pair: Pair, command: str, title: str) -> str:
     note = f"# From {len(fit.points)} points; standard_error is that of eps.\nrestitution = {{ {measured_value}"
     partner = ', partner = "wall"' if other.is_wall else ""
     of_material = f"{note}, radius = {sphere.radius!r}{partner} }}\n" if is_alike else ""
-    plane = f'\n[body.plane]\nmaterial = "{"measured" if is_alike else "plane"}"\nwall = true\n' if other.is_wall else ""
-    of_contact = "" if is_alike else f"""
+    plane = (
+        f'\n[body.plane]\nmaterial = "{"measured" if is_alike else "plane"}"\nwall = true\n' if other.is_wall else ""
+    )
+    of_contact = (
+        ""
+        if is_alike
+        else f"""
 [material.plane]
 young_modulus = {other.young_modulus!r}  # Pa
 poisson_ratio = {other.poisson_ratio!r}
@@ -65,6 +70,7 @@ poisson_ratio = {other.poisson_ratio!r}
 between = ["ball", "plane"]
 {note} }}
 """
+    )
     # One digit of a tolerance is enough; below 1e-12 no kernel in double precision meets it.
     tolerance = max(float(f"{SHARE * error:.1g}"), 1e-12)
     return f"""\
