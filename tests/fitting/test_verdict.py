@@ -79,6 +79,12 @@ def test_no_range_helps_where_errors_are_as_large_as_eps():
     assert verdict.deciding_ratio(main, CONSTANT) is None
 
 
+def test_speeds_that_are_too_fast_are_no_advice():
+    weak = judged(data(VISCOELASTIC, speed=np.geomspace(1, 1.5, 6), sigma=0.1, kappa=0.02))
+    assert weak.ratio is None
+    assert "no range of speeds up to 100 m/s with 6 points" in weak.reasons[-1]
+
+
 def test_standard_errors_that_are_too_small_are_said():
     points = data(VISCOELASTIC, sigma=0.02)
     small = Points.measured(points.speed, points.epsilon, sigma_epsilon=0.001)

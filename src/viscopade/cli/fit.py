@@ -373,8 +373,8 @@ def _fit_data(
     _require_speeds(recording, ", ".join(map(str, data)))
     damping_fit = damping.fit(points, laws=laws, robust=robust)
 
-    # The bodies that collided: what bounces does so on a plane. A follows from beta, and the Young modulus, if it is not
-    # typed, from measured contact times.
+    # The bodies that collided: what bounces does so on a plane. A follows from beta, and a Young modulus that is not
+    # typed from measured contact times.
     on_plane = body["wall"] or recording.kind != "speeds" or plane["young_modulus"] is not None
     constants: dict[str, Constant] = {}
     pair = None
@@ -427,7 +427,7 @@ def _require_speeds(recording: Recording, files: str) -> None:
         text = (
             f"{len(points)} {'points have' if len(points) > 1 else 'point has'} a speed and an eps: expected 3 or more"
         )
-        if len(points) == 1:
+        if len(points) == 1 and 0 < points.epsilon[0] < 1:
             one = f"--epsilon {points.epsilon[0]:.4g} --speed {points.speed[0]:.4g}"
             text += f"; `viscopade invert {one}` gives the damping for this one"
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():  # equal but for round-off
