@@ -444,7 +444,7 @@ class _Length(Quantity):
         return super().convert(value, param, ctx)
 
 
-TITLE = option("--title", group="Output", help="Title above the picture.")
+TITLE = option("--title", group="Output", help='Title above the picture; "" for none.')
 SIZE = with_options(
     option(
         "--size",

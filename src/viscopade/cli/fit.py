@@ -353,8 +353,8 @@ def _fit_data(
     resolution, contact_time, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
     # The time between two flights: the typed one in s, or else that of the pair at each speed, or else 0.
     contact: ContactTime = contact_time or 0.0
-    is_elastic = sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None
-    if is_elastic and contact_time is None:
+    is_elastic = body["poisson_ratio"] is not None and body["young_modulus"] is not None
+    if sphere is not None and wall is not None and is_elastic and contact_time is None:
         contact = Pair(sphere, wall)
 
     # Read the points (speed, eps and their errors) of all files, and fit beta to them.
