@@ -286,9 +286,10 @@ def test_a_plate_of_another_material(tmp_path):
     text = said("fit", file, *RUBBER, *PLATE, "--scene", scene)
     assert "the sphere's A has the weight 0.9999; if the plane has A = 0, that of the sphere is (7.92 +- 0.20)" in text
     written = from_toml(scene.read_bytes(), str(scene))
-    (meeting,) = written.meetings
-    a_of_scene = written.pair(meeting).A
-    assert a_of_scene == pytest.approx(constant["value"], rel=1e-3)
+    for meeting in written.meetings:  # two balls, and one on the plate
+        a_of_scene = written.pair(meeting).A
+        assert a_of_scene == pytest.approx(constant["value"], rel=1e-3)
+    assert [meeting.name for meeting in written.meetings] == ["ball-ball", "ball-plane"]
     # A plate as stiff as the sphere: its share of the pair's A is that of its compliance.
     glass = ("--radius", "1 cm", "--density", 2500, "--young-modulus", "70 GPa", "--poisson-ratio", 0.2)
     bodies = json_of("fit", file, *glass, "--wall-young-modulus", "210 GPa", "--wall-poisson-ratio", 0.3)["bodies"]

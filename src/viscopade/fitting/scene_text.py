@@ -50,21 +50,25 @@ def scene_text(fit: DampingFit, pair: Pair, command: str, title: str) -> str:
     measured_value = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
     measured_value += f', standard_error = {error:.3g}, speed = "{speed} m/s"'
     sphere, other = pair.first, pair.second
-    # eps is that of the material, or of these two bodies, if the wall has another material.
+    # eps is that of the material; or if the wall has another one, of these two bodies, which then both have their A.
     is_alike = (other.young_modulus, other.poisson_ratio) == (sphere.young_modulus, sphere.poisson_ratio)
     note = f"# From {len(fit.points)} points; standard_error is that of eps.\nrestitution = {{ {measured_value}"
     partner = ', partner = "wall"' if other.is_wall else ""
-    of_material = f"{note}, radius = {sphere.radius!r}{partner} }}\n" if is_alike else ""
-    plane = (
-        f'\n[body.plane]\nmaterial = "{"measured" if is_alike else "plane"}"\nwall = true\n' if other.is_wall else ""
-    )
-    of_contact = (
+    constant = f"dissipative_constant = {fit.dissipative_constant(pair).value!r}  # s"
+    of_material = f"{note}, radius = {sphere.radius!r}{partner} }}" if is_alike else f"{constant}, that of the pair"
+    name = "measured" if is_alike else "plane"
+    plane = f'\n[body.plane]\nmaterial = "{name}"\nwall = true\n' if other.is_wall else ""
+    of_contacts = (
         ""
         if is_alike
         else f"""
 [material.plane]
 young_modulus = {other.young_modulus!r}  # Pa
 poisson_ratio = {other.poisson_ratio!r}
+{constant}
+
+[[contact]]
+between = ["ball", "ball"]
 
 [[contact]]
 between = ["ball", "plane"]
@@ -83,10 +87,11 @@ young_modulus = {sphere.young_modulus!r}  # Pa
 poisson_ratio = {sphere.poisson_ratio!r}
 density = {sphere.density!r}  # kg/m^3
 {of_material}
+
 [body.ball]
 material = "measured"
 radius = {sphere.radius!r}  # m
-{plane}{of_contact}
+{plane}{of_contacts}
 [speed]
 min = "{fit.points.speed.min():.4g} m/s"
 max = "{fit.points.speed.max():.4g} m/s"
