@@ -191,6 +191,13 @@ def test_a_missing_rebound_breaks_the_chain_of_heights(gap):
     assert recorded.left_out == ((f"line {line}", why),)
 
 
+def test_drops_may_alternate():
+    """Lines of another drop between two heights are no gap."""
+    recorded = recording("drop,height (m)\na,1\nb,1\na,.81\na,.6561\nb,.7744\n")
+    assert recorded.points.epsilon == pytest.approx([0.9, 0.9, 0.88])
+    assert recorded.left_out == ()
+
+
 def test_a_missing_flight_breaks_the_chain_of_flights():
     flights = 600 * 0.85 ** np.arange(7)
     text = column(*(f"{k},{flight:.3f}" for k, flight in enumerate(flights) if k != 3), header="n,interval (ms)")

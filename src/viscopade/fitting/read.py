@@ -697,9 +697,11 @@ class _Reader:
             return None
         if self.number_column is not None:
             return self._plain_numbers(self.number_column)[rows]
-        # The lines: one without a value is not among the rows. Some files have an empty line after each.
-        lines = np.array(self.lines, dtype=np.float64)[rows]
-        return lines / (np.diff(lines).min() if len(lines) > 1 else 1.0)
+        # One more for each line above that has no value, and is not among the rows. Some files have an empty line after
+        # each; the rows of other drops may stand between those of this one.
+        lines = np.array(self.lines, dtype=np.float64)
+        empty_above = lines / min(np.diff(lines), default=1.0) - np.arange(len(lines))
+        return np.arange(len(rows), dtype=np.float64) + empty_above[rows]
 
     def sequels(self) -> list[Sequel]:
         """Return the values of each drop in succession: down a column, or along the rows of several columns."""
@@ -825,13 +827,13 @@ def _points_of_heights(reader: _Reader) -> Points:
     for drop in drops:
         bounces.require_falling(drop.values, drop.labels, drop.sigma, advice)
     bounces.require_successive([drop.values for drop in drops])
-    # A column may lack a rebound, unless the names of columns say which rebounds they are: drops are split there.
-    if reader.form.needed == ("height",):
-        unseen = zip(drops, bounces.unseen_rebounds([(drop.values, drop.sigma) for drop in drops]), strict=True)
-        drops = []
-        for drop, indices in unseen:
-            reader.left_out += [(drop.labels[k], why) for k, why in indices]
-            drops += drop.split_before([k for k, _ in indices])
+    # A column may lack a rebound, unless the names of columns say which ones they are: drops of several rebounds are
+    # split there.
+    chains = [k for k, drop in enumerate(drops) if reader.form.needed == ("height",) and len(drop.values) > 2]
+    unseen = bounces.unseen_rebounds([(drops[k].values, drops[k].sigma) for k in chains]) if chains else []
+    reader.left_out += [(drops[k].labels[i], why) for k, seen in zip(chains, unseen, strict=True) for i, why in seen]
+    for k, indices in reversed([*zip(chains, unseen, strict=True)]):
+        drops[k : k + 1] = drops[k].split_before([i for i, _ in indices])
     labelled_drops = [(drop.values, drop.labels) for drop in drops]
     if np.ptp(np.concatenate([values for values, _ in labelled_drops])) == 0:
         raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {advice}")
