@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from viscopade.fitting.bounces import audible_bounces
+import viscopade as vp
+from viscopade.fitting.bounces import audible_bounces, unseen_rebounds
 
 SOUNDS, FIRST, SIGMA = 8, 0.6, 1e-3  # bounces of a series, its first flight and the error of an instant, in s
 
@@ -70,6 +71,61 @@ def test_a_long_flight_or_a_missed_bounce_is_ambiguous():
     runs, left_out = audible_bounces(np.cumsum([0, 0.5, 0.3, 0.288]))
     assert runs == []
     assert all(why.startswith("ambiguous: ") for _, why in left_out)
+
+
+RELEASE, REBOUNDS, BLUR = 0.3, 6, 3e-4  # height of release in m, measured rebounds, and the error of a height in m
+
+
+def heights(random, epsilon, exponent, skipped):
+    """Return heights with -ln eps ~ v^exponent, `epsilon` at first, without the rebound number `skipped`."""
+    fallen = [RELEASE]
+    for _ in range(REBOUNDS + 1):
+        fallen.append(fallen[-1] * epsilon ** (2 * (fallen[-1] / RELEASE) ** (exponent / 2)))
+    measured = np.array(fallen) + BLUR * np.append(0, random.standard_normal(REBOUNDS + 1))
+    return np.delete(measured, skipped)
+
+
+@pytest.mark.parametrize("number", [40, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("exponent", [0, 0.2, 1])  # of the compared laws
+@pytest.mark.parametrize("epsilon", [0.7, 0.8, 0.9])
+def test_an_unseen_rebound_is_hardly_ever_taken_for_a_loss(epsilon, exponent, number):
+    """A rebound that was measured is hardly ever left out, either: docs/usage/fitting.md has both shares."""
+    random = np.random.default_rng(11)
+    used = lost = 0
+    for _ in range(number):
+        skipped = int(random.integers(1, REBOUNDS + 1))
+        for rebound in (skipped, REBOUNDS + 1):  # the second one is the last
+            drop = heights(random, epsilon, exponent, rebound)
+            (unseen,) = unseen_rebounds([(drop, np.zeros_like(drop))])
+            indices = {k for k, _ in unseen}
+            used += rebound not in indices and rebound <= REBOUNDS
+            lost += len(indices - {rebound})
+    assert used / number <= 0.01 + (0.03 if number < 200 else 0)
+    assert lost / number <= 0.06 + (0.03 if number < 200 else 0)
+
+
+@pytest.mark.parametrize("a", [8e-5, 3e-4])
+def test_the_fall_of_eps_by_the_weight_is_no_unseen_rebound(a):
+    """A rubber ball whose heights are those of collisions with the weight; any rebound may be left out."""
+    rubber = {"young_modulus": 2e6, "poisson_ratio": 0.45, "dissipative_constant": a}
+    pair = vp.Pair(vp.Sphere(radius=0.02, density=1100, **rubber), vp.Sphere.wall(**rubber))
+    speeds = [3.0]
+    while speeds[-1] > 0.4:
+        speeds.append(speeds[-1] * pair.epsilon(speeds[-1], gravity=9.81))
+    drop = np.square(speeds)
+    assert unseen_rebounds([(drop, 0 * drop)]) == [[]]
+    for k in range(1, len(drop) - 1):
+        rest = np.delete(drop, k)
+        assert [index for index, _ in unseen_rebounds([(rest, 0 * rest)])[0]] == [k]
+
+
+def test_a_height_that_may_be_the_second_one_is_ambiguous():
+    """Drops share one law: the second one has a single ratio, which is the square of those of the first."""
+    first, second = 0.3 * 0.64 ** np.arange(7), np.array([0.3, 0.3 * 0.64**2])
+    unseen = unseen_rebounds([(first, 0 * first), (second, 0 * second)])
+    assert unseen == [[], [(1, "a rebound before it was not measured")]]
+    ((index, why),) = unseen_rebounds([(np.array([0.3, 0.131, 0.0874, 0.0584, 0.0409, 0.028]), np.zeros(6))])[0]
+    assert (index, why.partition(":")[0]) == (1, "ambiguous")
 
 
 def test_fewer_than_three_sounds():

@@ -114,8 +114,10 @@ def test_error_of_eps_is_the_change_of_eps():
 @pytest.mark.parametrize("wall", [True, False])
 def test_a_scene_has_the_fit_back(wall):
     found = fitted()
+    material = {"young_modulus": BALL.young_modulus, "poisson_ratio": BALL.poisson_ratio, "dissipative_constant": 0}
+    pair = vp.Pair(BALL, vp.Sphere.wall(**material) if wall else BALL)
     for title in HARD:
-        text = scene_text(found, BALL, wall, f"viscopade fit {title}", title)
+        text = scene_text(found, pair, f"viscopade fit {title}", title)
         scene = read.from_toml(text, "ball.toml")
     assert scene.title == HARD[-1] + " ."
     meeting = scene.meetings[-1]

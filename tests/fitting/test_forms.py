@@ -114,7 +114,7 @@ READ = {
     "Höhe": (
         "Höhe h / cm;Nr.\n100;0\n81;1\n64;2\n",
         *OF_HEIGHTS,
-        "height: 'Höhe h / cm' in cm (its header); not used: 'Nr.'",
+        "height: 'Höhe h / cm' in cm (its header); number: 'Nr.'; not used: none",
     ),
     "hauteur": ("hauteur (m);±\n1;0,01\n0,81;0,01\n0,64;0,01", *OF_HEIGHTS, "error of height: '±'"),
     "H and h": ("H (cm),h (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'H (cm)'; rebound_height: 'h (cm)'"),
@@ -261,7 +261,10 @@ REFUSED = {
     "percent of what": ("v,COR,error (%)\n1,.9,5\n2,.85,5\n", "errors 'error .%.' are of speed or of epsilon"),
     "percent of eps": ("v,COR,sigma_COR (%)\n1,.9,5\n2,.85,5\n", "the errors of epsilon are in %, but epsilon is not"),
     "an error is missing": ("v,e,±\n1,.9,.1\n2,.85,\n", "line 3: sigma_epsilon is '': expected a number >= 0"),
-    "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
+    "nothing": (
+        "a,b\n1,2\n",
+        "columns are 'a', 'b': expected .* NAME=HEADER, such as --column speed='a'; --unit NAME=UNIT",
+    ),
     "falls": ("Height (m),Fall time (s)\n.8,.4\n.6,.35\n.4,.28\n", "'Fall time .s.' is not read beside 'Height .m.'"),
     **{
         f"{names} beside eps": (

@@ -1,6 +1,7 @@
 """Files as programs write them: CSV of many kinds, spreadsheets, archives; and what is none of these."""
 
 import io
+import math
 import zipfile
 from itertools import pairwise
 from pathlib import Path
@@ -156,6 +157,61 @@ def test_labels_are_lines_of_the_file():
     found = points("# first\nspeed,epsilon\n1,0.9\n\n2,0.8\n3,0.7\n")
     assert found.labels == ("line 3", "line 5", "line 6")
     assert found.without(["line 5"]).speed.tolist() == [1, 3]
+
+
+HEIGHTS = [300, 195.6, 131, 87.4, 58.4, 40.9, 28, 20.8]  # mm; the rebound of 87.4 mm is line 5 of a file
+
+
+def column(*cells, header="height (mm)"):
+    return "\n".join([header, *map(str, cells)]) + "\n"
+
+
+GAPS = {
+    "an empty cell": (
+        column(*(f"{k},{'' if k == 3 else h}" for k, h in enumerate(HEIGHTS)), header="k,height (mm)"),
+        {},
+        6,
+    ),
+    "an empty line": (column(*HEIGHTS[:3], "", *HEIGHTS[4:]), {}, 6),
+    "every second line empty": (column(*("\n" if k == 3 else f"{h}\n" for k, h in enumerate(HEIGHTS))), {}, 10),
+    "nan": (column(*HEIGHTS[:3], "nan", *HEIGHTS[4:]), {}, 6),
+    "a number": (column(*(f"{k},{h}" for k, h in enumerate(HEIGHTS) if k != 3), header="Nr.,height (mm)"), {}, 5),
+    "a line left out": (column(*HEIGHTS), {"without": ["5"]}, 6),
+    "no mark": (column(*HEIGHTS[:3], *HEIGHTS[4:]), {}, 5),
+}
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_a_missing_rebound_breaks_the_chain_of_heights(gap):
+    text, options, line = GAPS[gap]
+    recorded = recording(text, **options)
+    kept = [math.sqrt(after / before) for before, after in pairwise(HEIGHTS) if 87.4 not in (before, after)]
+    assert recorded.points.epsilon == pytest.approx(kept)
+    why = "a rebound before it was not measured" if gap == "no mark" else "the one before it is missing"
+    assert recorded.left_out == ((f"line {line}", why),)
+
+
+def test_drops_may_alternate():
+    """Lines of another drop between two heights are no gap."""
+    recorded = recording("drop,height (m)\na,1\nb,1\na,.81\na,.6561\nb,.7744\n")
+    assert recorded.points.epsilon == pytest.approx([0.9, 0.9, 0.88])
+    assert recorded.left_out == ()
+
+
+def test_a_missing_flight_breaks_the_chain_of_flights():
+    flights = 600 * 0.85 ** np.arange(7)
+    text = column(*(f"{k},{flight:.3f}" for k, flight in enumerate(flights) if k != 3), header="n,interval (ms)")
+    recorded = recording(text)
+    assert recorded.points.epsilon == pytest.approx([0.85] * 4, rel=1e-4)
+    assert ("line 5", "the one before it is missing") in recorded.left_out
+    assert recorded.read[0]["number"]["column"] == "n"
+
+
+def test_a_column_that_does_not_count_is_not_taken_for_numbers():
+    text = column(
+        *(f"{mass},{h}" for mass, h in zip([5, 5, 6, 7, 7, 8, 8, 8], HEIGHTS, strict=True)), header="m,height (mm)"
+    )
+    assert recording(text).read[0]["unused"] == ["m"]
 
 
 def test_instants_heights_and_pairs_of_heights_are_one_drop():
@@ -353,7 +409,7 @@ def test_encodings(wide):
     [
         (
             "x,y\n1,2\n",
-            "the columns are 'x', 'y': expected speed .m/s., epsilon; or .* --column NAME=HEADER .* --unit NAME=UNIT",
+            "the columns are 'x', 'y': expected names such as time .s.; .* --column NAME=HEADER, such as .*=UNIT",
         ),
         ("speed,v,epsilon\n1,1,0.9\n", "'speed' .column 1. and 'v' .column 2. are both speed: expected one"),
         ("speed,epsilon\n1,90\n2,85\n3,0.8\n", "line 2: eps is 90: expected 0 to 2"),
@@ -391,6 +447,9 @@ def test_encodings(wide):
         ("interval\n1\n-1\n0.9\n", "line 3: interval is '-1': expected a number > 0"),
         ("time\n1\n2\n", "no drop has three bounces"),
         ("height\n1\n-2\n", "line 3: height is '-2': expected a number > 0"),
+        ("height\n1\nmissed\n", "line 3: height is 'missed': expected a number > 0, or an empty cell"),
+        ("v,e\n1,.9 ± .1\n", "line 2: epsilon is '.9 ± .1': expected its error in a column"),
+        ("nr,heard after seconds\n1,2\n", "such as --column time='heard after seconds'; --unit"),
         ("height\n1\n", "no drop has two heights"),
         ("drop height (cm)\n50\n60\n70\n", "the columns are 'drop height .cm.': expected"),
         ("# 3 balls\nrebound height (cm)\n50\n60\n70\n", "the columns are 'rebound height .cm.': expected"),

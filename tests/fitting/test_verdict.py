@@ -21,7 +21,7 @@ def data(model, sigma=0.005, seed=1, speed=SPEED, kappa=0.1, power=None, known=T
 
 
 def judged(points):
-    return verdict.judge(verdict.compare_laws(points))
+    return verdict.judged(points)[1]
 
 
 VISCOELASTIC, CONSTANT, HUNT_CROSSLEY, FREE = verdict.MODELS
@@ -77,6 +77,12 @@ def test_no_range_helps_where_errors_are_as_large_as_eps():
     points = data(VISCOELASTIC, sigma=0.3, kappa=1e-6, speed=np.geomspace(1, 2, 3))
     main = verdict.compare_laws(points)[0]
     assert verdict.deciding_ratio(main, CONSTANT) is None
+
+
+def test_speeds_that_are_too_fast_are_no_advice():
+    weak = judged(data(VISCOELASTIC, speed=np.geomspace(1, 1.5, 6), sigma=0.1, kappa=0.02))
+    assert weak.ratio is None
+    assert "no range of speeds up to 100 m/s with 6 points" in weak.reasons[-1]
 
 
 def test_standard_errors_that_are_too_small_are_said():

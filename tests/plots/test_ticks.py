@@ -113,6 +113,40 @@ def test_a_legend_is_no_wider_than_its_page(font_size):
     )
 
 
+@pytest.mark.parametrize(("height", "panels"), [(2.36, 1), (3.5, 2)])  # inches: 6 cm, and enough for residuals
+def test_a_low_picture_of_a_fit_leaves_most_of_it_to_eps(height, panels):
+    drawn = []
+
+    def draw():
+        drawn.append(fit(np.geomspace(0.1, 1, 6)))
+        return drawn[0]
+
+    sheet.picture(draw, "", "viscopade fit", "svg", sheet.Page(size=(3.386, height), font_size=8))
+    (figure,) = drawn
+    assert len(figure.axes) == panels
+    (legend,) = figure.legends
+    assert legend.get_window_extent().height < 0.2 * figure.bbox.height
+    assert sum(axes.get_window_extent().height for axes in figure.axes) > 0.45 * figure.bbox.height
+    for axes in figure.axes:
+        boxes = [label.get_window_extent() for label in axes.get_yticklabels() if label.get_text()]
+        inside = [box for box in boxes if axes.bbox.y0 <= box.y0 + box.height / 2 <= axes.bbox.y1]
+        assert all(lower.y1 < upper.y0 for lower, upper in pairwise(sorted(inside, key=lambda box: box.y0)))
+
+
+def test_a_residual_beyond_the_axis_is_marked():
+    speed = np.geomspace(0.1, 1, 40)
+    epsilon = vp.restitution(speed, 0.1)
+    epsilon[20] -= 0.055
+    found = vp.fit(vp.Points.measured(speed, epsilon, sigma_epsilon=0.01))
+    with sheet.style_context():
+        _, bottom = fit_picture.draw_fit(found).axes
+        upper, lower = (line for line in bottom.lines if line.get_gid() == "beyond")
+        assert fit_picture.draw_fit(found, with_result=False).axes[0].get_title(loc="left") == "(a)"
+    assert upper.get_xdata().tolist() == []
+    assert lower.get_xdata().tolist() == [speed[20]]
+    assert [text.get_text() for text in bottom.texts] == ["-5"]
+
+
 def test_the_picture_of_a_fit_has_beta_with_its_error():
     speed = np.geomspace(0.1, 1, 6)
     found = vp.fit(vp.Points.measured(speed, vp.restitution(speed, 0.1), sigma_epsilon=0.01))

@@ -480,7 +480,7 @@ class _Length(Quantity):
         return super().convert(value, param, ctx)
 
 
-TITLE = option("--title", group="Output", help="Title above the picture.")
+TITLE = option("--title", group="Output", help='Title above the picture; "" for none.')
 SIZE = with_options(
     option(
         "--size",
@@ -513,19 +513,23 @@ MATERIAL = {
 """Group, type and help of each option."""
 
 
-def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def material(
+    *names: str,
+    radius: str = "Radius of both spheres; typed twice, their two radii.",
+    wall: str = "One sphere hits a plane wall of the same material.",
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall.
 
-    `names` are the keys of `MATERIAL` that the command takes. `pair_of` reads the options.
+    `names` are the keys of `MATERIAL` that the command takes; `radius` and `wall` are the helps of these options.
+    `pair_of` reads the options.
     """
-    radius = "Radius of both spheres; typed twice, their two radii."
     return with_options(
         option("--radius", "radii", group="Material", type=Quantity("length"), multiple=True, help=radius),
         *(
             option("--" + name.replace("_", "-"), group=group, type=kind, help=text)
             for name, (group, kind, text) in ((name, MATERIAL[name]) for name in names)
         ),
-        option("--wall", group="Material", is_flag=True, help="One sphere hits a plane wall of the same material."),
+        option("--wall", group="Material", is_flag=True, help=wall),
     )
 
 

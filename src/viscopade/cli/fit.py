@@ -29,6 +29,7 @@ from viscopade.cli.console import (
     Real,
     command_line,
     examples,
+    limits_of,
     material,
     option,
     page_of,
@@ -45,7 +46,7 @@ FORMS = ("power", "table")
 """Forms of empirical functions."""
 
 if TYPE_CHECKING:
-    from viscopade.collision.spheres import Sphere
+    from viscopade.collision.spheres import Pair, Sphere
     from viscopade.fitting.contacts import ContactTime
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.empirical import Form
@@ -75,19 +76,21 @@ class Neglected(NamedTuple):
         ]
 
 
-def _warnings(recording: Recording, damping_fit: DampingFit, neglected: Neglected) -> list[str]:
-    """Return sentences on units, on neglected effects that matter, and on eps above 1.
+def _warnings(recording: Recording, damping_fit: DampingFit, pair: Pair | None, neglected: Neglected) -> list[str]:
+    """Return sentences on units, on neglected effects and limits of the model that matter, and on eps above 1.
 
-    `recording` is what was read of the data, `damping_fit` their fit.
+    `recording` is what was read of the data, `damping_fit` their fit, and `pair` the bodies, if they are known.
     """
-    warnings = [*recording.warnings, *neglected.warnings]
+    limits = [] if pair is None else limits_of(pair, float(damping_fit.points.speed.max()), None)
+    warnings = [*recording.warnings, *limits, *neglected.warnings]
     # No collision has eps > 1: state the first one, by how many standard errors it exceeds 1, and how many there are.
     points = damping_fit.points
     above = [i for i, eps in enumerate(points.epsilon) if eps > 1]
     if not above:
         return warnings
     i, others = above[0], len(above) - 1
-    excess = (points.epsilon[i] - 1) / damping_fit.main.standard_errors[i]
+    # Errors as measured, or those of the fitted scatter
+    excess = (points.epsilon[i] - 1) / (points.standard_errors[i] or damping_fit.main.standard_errors[i])
     more = f", and {others} more eps are" * (others > 0)
     text = f"{points.labels[i]}: eps = {points.epsilon[i]:.6g} is above 1, by {excess:.2g} standard errors"
     return [*warnings, f"{text}{more}; {'they are' if others else 'it is'} in the fit"]
@@ -172,7 +175,18 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     metavar="NAME|A,B",
     help="Law of contact to compare with; repeatable.",
 )
-@material("young_modulus", "poisson_ratio", "density")
+@material(
+    *("young_modulus", "poisson_ratio", "density"),
+    radius="Radius of the sphere, or of both equal ones.",
+    wall="Speeds are those of a sphere on a plane, not of two equal spheres; times, heights and tracks always are.",
+)
+@option(
+    "--wall-young-modulus",
+    group="Material",
+    type=Quantity("pressure", " > 0"),
+    help="Young modulus of the plane, if its material is not the sphere's.",
+)
+@option("--wall-poisson-ratio", group="Material", type=Real(), help="Its Poisson ratio.")
 @option("--mass", group="Material", type=Quantity("mass", " > 0"), help="Mass of the sphere, instead of its density.")
 @option(
     "--scene",
@@ -229,7 +243,8 @@ def fit(
     The first lines of the output say which columns were read, and in which units.
 
     The result is beta with its standard error and confidence intervals, and a verdict that compares the law with a
-    constant eps, with nu = 1 and with a free exponent. --radius, --density, --poisson-ratio and --young-modulus add A.
+    constant eps, with nu = 1 and with a free exponent. --radius, --density, --poisson-ratio and --young-modulus add A,
+    of two equal spheres, or with --wall of a sphere on a plane. Times, heights and tracks are those on a plane.
     With a column contact_time instead of --young-modulus the Young modulus is fitted, too. Plain numbers are in SI
     units.
     """  # noqa: D301
@@ -253,7 +268,7 @@ def fit(
     language = None if code is None else _language(code)
     names = ", ".join(file.name for file in data)
     words = command_line()
-    recording, damping_fit, sphere, constants, neglected = _fit_data(
+    recording, damping_fit, pair, constants, neglected = _fit_data(
         data, laws, robust, scene_file is not None, **options
     )
 
@@ -262,14 +277,14 @@ def fit(
     if scene_file is not None:
         from viscopade.fitting.scene_text import scene_text
 
-        assert sphere is not None
-        text = scene_text(damping_fit, sphere, options["wall"], words, f"Spheres as in {names}")
+        assert pair is not None
+        text = scene_text(damping_fit, pair, words, f"Spheres as in {names}")
         written[scene_file] = text
     if picture is not None:
         from viscopade.plots import fit_picture, sheet
 
         kind = picture_kind("--plot", picture)
-        draw = partial(fit_picture.draw_fit, damping_fit)
+        draw = partial(fit_picture.draw_fit, damping_fit, with_result=title != "")
         written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind, page)
     if code is not None and language is not None:
         from viscopade.fitting import empirical
@@ -279,7 +294,7 @@ def fit(
         written[code] = empirical.of_points(damping_fit.points, form).text(language, stem, words)
     if written:
         write_all(written)
-    _show(recording, damping_fit, constants, neglected, style)
+    _show(recording, damping_fit, pair, constants, neglected, style)
     if style == "text" and written:
         say(f"wrote {', '.join(map(str, written))}")
         if scene_file is not None and damping_fit.contact_law.law != "viscoelastic":
@@ -303,8 +318,8 @@ def _fit_data(
     robust: bool,
     for_scene: bool,
     **options: Any,
-) -> tuple[Recording, DampingFit, Sphere | None, Mapping[str, Constant], Neglected]:
-    """Return the data, their fit, the sphere with its Young modulus, its fitted constants, and what is neglected.
+) -> tuple[Recording, DampingFit, Pair | None, Mapping[str, Constant], Neglected]:
+    """Return the data, their fit, the bodies with their Young moduli, fitted constants, and what is neglected.
 
     Parameters
     ----------
@@ -321,30 +336,26 @@ def _fit_data(
     """
     from dataclasses import replace
 
-    from viscopade.collision.spheres import Pair, Sphere
+    from viscopade.collision.spheres import Pair
     from viscopade.files import content
     from viscopade.fitting import damping, read
     from viscopade.fitting import neglected_effects as effects
 
-    # The sphere, and with its elastic constants the pair of what collides: two spheres, or one and a wall.
-    names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
+    # The sphere, and with its elastic constants the pair of it and the plane that it falls on.
+    names = ("radii", "wall", "young_modulus", "poisson_ratio", "density", "wall_young_modulus", "wall_poisson_ratio")
     body = {name: options.pop(name) for name in names}
+    plane = {name: body.pop(f"wall_{name}") for name in ("young_modulus", "poisson_ratio")}
     if (mass := options.pop("mass")) is not None:
         body["density"] = _density(body, mass)
     in_air = options["air_density"] is not None
     sphere = _sphere(body, in_air, for_scene)
+    wall = _plane(sphere, plane, body["young_modulus"] is not None)
     resolution, contact_time, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
     # The time between two flights: the typed one in s, or else that of the pair at each speed, or else 0.
     contact: ContactTime = contact_time or 0.0
-    pair = None
-    if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
-        partner = sphere
-        if body["wall"]:
-            partner = Sphere.wall(
-                young_modulus=sphere.young_modulus, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0
-            )
-        pair = Pair(sphere, partner)
-        contact = pair if contact_time is None else contact
+    is_elastic = body["poisson_ratio"] is not None and body["young_modulus"] is not None
+    if sphere is not None and wall is not None and is_elastic and contact_time is None:
+        contact = Pair(sphere, wall)
 
     # Read the points (speed, eps and their errors) of all files, and fit beta to them.
     contents = [(content(file, "CSV or a spreadsheet"), str(file)) for file in data]
@@ -362,26 +373,47 @@ def _fit_data(
     _require_speeds(recording, ", ".join(map(str, data)))
     damping_fit = damping.fit(points, laws=laws, robust=robust)
 
-    # Constants of the material: A from beta, and the Young modulus from measured contact times if it is not typed.
+    # The bodies that collided: what bounces does so on a plane. A follows from beta, and a Young modulus that is not
+    # typed from measured contact times.
+    on_plane = body["wall"] or recording.kind != "speeds" or plane["young_modulus"] is not None
     constants: dict[str, Constant] = {}
-    if sphere is not None and body["poisson_ratio"] is not None:
-        if pair is not None:
-            constants["dissipative_constant"] = damping_fit.dissipative_constant(pair)
+    pair = None
+    if sphere is not None and wall is not None and body["poisson_ratio"] is not None:
+        if is_elastic:
+            constants["dissipative_constant"] = damping_fit.dissipative_constant(
+                Pair(sphere, wall if on_plane else sphere)
+            )
         elif points.contact_time is not None:
-            constants["dissipative_constant"], young = damping_fit.stiffness(sphere, body["wall"])
+            constants["dissipative_constant"], young = damping_fit.stiffness(sphere, on_plane)
             constants["young_modulus"] = young
-            sphere = replace(sphere, young_modulus=young.value)
+            sphere, wall = (replace(body_or_plane, young_modulus=young.value) for body_or_plane in (sphere, wall))
         else:
             raise click.UsageError("the Young modulus is not known: expected --young-modulus, or a column contact_time")
+        pair = Pair(sphere, wall if on_plane else sphere).damped(constants["dissipative_constant"].value)
 
     # Sentences on effects that the fit neglects, where they may matter.
-    assert isinstance(sphere, Sphere | None)
     gravity = reading.flight.gravity
     drag = None if in_air else effects.drag(recording, sphere, gravity)
-    weight = effects.weight_in_contacts(recording, pair, gravity)
+    weight = effects.weight_in_contacts(recording, pair if is_elastic else None, gravity)
     # A weight that matters, and is not in the fit, looks like adhesion: eps falls at low speeds.
     adhesion = None if weight and weight.warns else effects.adhesion(damping_fit.laws)
-    return recording, damping_fit, sphere, constants, Neglected(weight, drag, adhesion)
+    return recording, damping_fit, pair, constants, Neglected(weight, drag, adhesion)
+
+
+def _plane(sphere: Sphere | None, plane: Mapping[str, float | None], has_modulus: bool) -> Sphere | None:
+    """Return the plane, without damping: of the material in `plane`, by options, or else that of a sphere.
+
+    `has_modulus`: whether the Young modulus of the sphere is typed.
+    """
+    from viscopade.collision.spheres import Sphere
+
+    if {*plane.values()} != {None} and (sphere is None or not has_modulus or None in plane.values()):
+        words = "--wall-young-modulus and --wall-poisson-ratio"
+        raise click.UsageError(f"a plane of another material needs {words}, and the material of the sphere")
+    if sphere is None:
+        return None
+    constants = {name: getattr(sphere, name) if constant is None else constant for name, constant in plane.items()}
+    return Sphere.wall(**constants, dissipative_constant=0)
 
 
 def _require_speeds(recording: Recording, files: str) -> None:
@@ -395,6 +427,9 @@ def _require_speeds(recording: Recording, files: str) -> None:
         text = (
             f"{len(points)} {'points have' if len(points) > 1 else 'point has'} a speed and an eps: expected 3 or more"
         )
+        if len(points) == 1 and 0 < points.epsilon[0] < 1:
+            one = f"--epsilon {points.epsilon[0]:.4g} --speed {points.speed[0]:.4g}"
+            text += f"; `viscopade invert {one}` gives the damping for this one"
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():  # equal but for round-off
         # The standard error of a mean: s/sqrt(n), with s from n - 1 degrees of freedom.
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
@@ -484,7 +519,12 @@ def _flight(
 
 
 def _show(
-    recording: Recording, damping_fit: DampingFit, constants: Mapping[str, Constant], neglected: Neglected, style: str
+    recording: Recording,
+    damping_fit: DampingFit,
+    pair: Pair | None,
+    constants: Mapping[str, Constant],
+    neglected: Neglected,
+    style: str,
 ) -> None:
     """Print a fit.
 
@@ -494,6 +534,8 @@ def _show(
         What was read of the data, and what was left out.
     damping_fit : DampingFit
         beta with its errors, the laws that were compared, and the verdict.
+    pair : Pair or None
+        The bodies that collided, if their material is known.
     constants : mapping of str to Constant
         The fitted dissipative_constant and young_modulus, each a value with its standard error.
     neglected : Neglected
@@ -510,7 +552,7 @@ def _show(
         rows = [("beta", f"{damping_fit.beta:.8g}", f"{damping_fit.beta_standard_error:.3g}", *ends, _UNIT)]
         for name, constant in constants.items():
             rows.append((name, f"{constant.value:.8g}", f"{constant.standard_error:.3g}", "", "", "", "", units[name]))
-        show(style, columns, rows, fit_json(recording, damping_fit, constants, neglected))
+        show(style, columns, rows, fit_json(recording, damping_fit, pair, constants, neglected))
         return
     spans = [" … ".join(f"{end:.5g}" for end in damping_fit.interval(level)) for level in LEVELS]
     rows = [("beta", f"{damping_fit.beta:.6g}", f"{damping_fit.beta_standard_error:.2g}", *spans, _UNIT)]
@@ -539,13 +581,15 @@ def _show(
     for label, off in damping_fit.outliers:
         advice = "" if damping_fit.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
-    for warning in _warnings(recording, damping_fit, neglected):
+    for warning in _warnings(recording, damping_fit, pair, neglected):
         say(f"  {warning}", 2)
 
     # The sentence for a report, and the table of the constants; levels of intervals are printed in percent.
     click.echo()
     say(_quoted(recording, damping_fit, constants))
-    if "dissipative_constant" not in constants:
+    if pair is not None:
+        say(f"{_bodies(pair, constants)}.")
+    else:
         say(
             "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
         )
@@ -633,6 +677,28 @@ def _quoted(recording: Recording, damping_fit: DampingFit, constants: Mapping[st
     )
 
 
+def _bodies(pair: Pair, constants: Mapping[str, Constant]) -> str:
+    """Return a sentence, without its full stop, on the bodies whose A is among the fitted constants."""
+    from dataclasses import replace
+
+    from viscopade.collision.spheres import Pair
+
+    first, second = pair.first, pair.second
+    if not second.is_wall:
+        return "A is that of two equal spheres; --wall gives that of a sphere on a plane"
+    if (first.young_modulus, first.poisson_ratio) == (second.young_modulus, second.poisson_ratio):
+        other = "--wall-young-modulus and --wall-poisson-ratio give the plane another one"
+        return f"A is that of a sphere on a plane of its own material; {other}"
+    # The weight of the sphere's A in the mean, D_1/(D_1 + D_2): it is the mean of 1 and 0.
+    weight = Pair(replace(first, dissipative_constant=1.0), replace(second, dissipative_constant=0.0)).A
+    a = constants["dissipative_constant"]
+    alone = uncertain(a.value / weight, a.standard_error / weight)
+    return (
+        f"A is that of the sphere and the plane together, a mean in which the sphere's A has the weight {weight:.4g}; "
+        f"if the plane has A = 0, that of the sphere is {alone} s"
+    )
+
+
 def _columns(damping_fit: DampingFit) -> list[tuple[str, Sequence[Any]]]:
     """Return the columns of the table of points: heads, and a value for each point."""
     # beta_i is the beta that a point alone has. A residual is eps minus that of the viscoelastic law, and its standard
@@ -668,7 +734,11 @@ def _sentences(damping_fit: DampingFit) -> list[str]:
 
 
 def fit_json(
-    recording: Recording, damping_fit: DampingFit, constants: Mapping[str, Constant], neglected: Neglected
+    recording: Recording,
+    damping_fit: DampingFit,
+    pair: Pair | None,
+    constants: Mapping[str, Constant],
+    neglected: Neglected,
 ) -> dict[str, Any]:
     """Return a fit as JSON-able data, in SI units.
 
@@ -678,6 +748,8 @@ def fit_json(
         What was read of the data, and what was left out.
     damping_fit : DampingFit
         beta with its errors, the laws that were compared, and the verdict.
+    pair : Pair or None
+        The bodies that collided, if their material is known.
     constants : mapping of str to Constant
         The fitted dissipative_constant and young_modulus, each a value with its standard error.
     neglected : Neglected
@@ -695,7 +767,8 @@ def fit_json(
         # usual level.
         "interval_68": _finite(damping_fit.interval(0.68)),
         "interval_95": _finite(damping_fit.interval(0.95)),
-        "chi2": main.chi2,
+        # A fitted scatter makes chi^2 of any law its degrees of freedom: it says nothing.
+        "chi2": main.chi2 if damping_fit.points.errors_complete else None,
         "dof": main.degrees,
         "verdict": damping_fit.verdict.word,
         "reasons": list(damping_fit.verdict.reasons),
@@ -704,7 +777,7 @@ def fit_json(
             {
                 "law": fit.model.name,
                 "exponent": fit.exponent,
-                "chi2": fit.chi2,
+                "chi2": fit.chi2 if damping_fit.points.errors_complete else None,
                 "dof": fit.degrees,
                 "scatter": fit.scatter,
                 "aic": _finite([fit.aic])[0],
@@ -721,13 +794,14 @@ def fit_json(
         "epsilon": {"speed": main.middle, "value": value, "standard_error": error},
         "scatter": main.scatter,
         **{name: {"value": c.value, "standard_error": c.standard_error} for name, c in constants.items()},
+        "bodies": pair and _bodies(pair, constants),
         "read": {**recording.read[0], "files": recording.read},
         "sheets": [
             {"sheet": name} | ({"points": report} if isinstance(report, int) else {"not_read": report})
             for name, report in recording.sheets
         ],
         "weight": neglected.weight and {"fitted": neglected.weight.fitted, "g_t_c_over_v": neglected.weight.shares},
-        "warnings": _warnings(recording, damping_fit, neglected),
+        "warnings": _warnings(recording, damping_fit, pair, neglected),
         "masked": damping_fit.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
         "flights": [vars(flight) for flight in recording.flights],

@@ -58,6 +58,10 @@ _RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))
 # from one bounce to the next.
 _STEP, _MISSED = np.array([1, 2, 1, 2]), np.array([[False], [False], [True], [True]])
 _COST = np.array([[0.0], [_LOST], [_LOST], [2 * _LOST]])
+# Heights: the exponents p of the laws that a fit compares, and standard deviations of ln eps up to `_VARIATION`. With
+# smaller ones a change of eps would be an unseen rebound. By hand, with the simulated drops of test_bounces.py.
+_EXPONENTS_OF_LOSS, _SCATTERS = (0.0, 0.2, 1.0), (0.01, 0.02, _VARIATION)
+_UNSEEN = "a rebound before it was not measured"
 # Roles of a sound. Less than 16: a bounce; the number is 4 times the kind of interval before it plus the kind after it.
 _ECHO, _END_OF_DROP = 16, 17
 
@@ -287,6 +291,58 @@ def require_successive(drops: Sequence[FloatArray]) -> None:
     if later and np.median(first) > _LOSS and np.median(later) < _LIKE * np.median(first):
         text = "the rebounds hardly lose height after the first one: are they repetitions, from one height?"
         raise ValueError(f"{text} Then expected a row for each, with the columns H and h")
+
+
+def unseen_rebounds(drops: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[tuple[int, str]]]:
+    """Return the heights in a column before which a rebound was not measured, or may not have been.
+
+    Two successive heights are those of one bounce, or of two, with a rebound between them that was not measured, which
+    costs 16. Losses are -ln eps = a v^p, with one a, p and scatter of all drops. The difference of a measured loss from
+    it costs its square in standard errors, plus the logarithm of their square, as in -2 ln L. The sum is minimised over
+    a, p and the scatter. A height is ambiguous, and also returned, if the other number of bounces costs less than 9
+    more.
+
+    Parameters
+    ----------
+    drops : sequence
+        For each drop the heights and their standard errors.
+
+    Returns
+    -------
+    list of list of tuple
+        For each drop the index of each such height, and the reason in words.
+    """
+    falls = np.concatenate([heights[:-1] for heights, _ in drops])
+    ratios = np.concatenate([heights[1:] / heights[:-1] for heights, _ in drops])
+    # eps = (h_(k+1)/h_k)^(1/2), so that half of the relative variances of both heights is that of ln eps
+    relative = [np.square(sigma / heights) for heights, sigma in drops]
+    measured_variance = np.concatenate([(square[1:] + square[:-1]) / 4 for square in relative])
+    losses, ln_speed = -np.log(ratios) / 2, np.log(falls / falls[0]) / 2
+    ln_speed -= ln_speed.mean()
+    # Costs of each pair of heights as one bounce and as two, minimised over all parameters with that number for it.
+    cost_as = np.full((2, len(losses)), math.inf)
+    for p in _EXPONENTS_OF_LOSS:
+        # The second bounce is slower: v^p is less by the factor eps^p, where eps is the root of the measured one.
+        one = -np.log(_RATIOS)[:, None] * np.exp(p * ln_speed)
+        two = one * (1 + ratios ** (p / 4))
+        for scatter in _SCATTERS:
+            variance = scatter**2 + measured_variance
+            costs = np.array([(losses - one) ** 2, (losses - two) ** 2]) / variance + np.log(variance)
+            costs[1] += _LOST
+            least = costs.min(axis=0)
+            total = least.sum(axis=1, keepdims=True)
+            cost_as = np.minimum(cost_as, (total - least + costs).min(axis=1))
+    more_as_two = cost_as[1] - cost_as[0]
+    unseen_by_drop, begin = [], 0
+    for heights, _ in drops:
+        differences = more_as_two[begin : (begin := begin + len(heights) - 1)]
+        unseen_by_drop.append(
+            [
+                (int(k) + 1, _UNSEEN if differences[k] < -_DISTINCT else f"ambiguous: {_UNSEEN}, or more was lost")
+                for k in np.flatnonzero(differences < _DISTINCT)
+            ]
+        )
+    return unseen_by_drop
 
 
 def evenly_spaced(times: FloatArray, digit: float = 0.0) -> bool:

@@ -226,5 +226,6 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     if len(points) > MANY and points.of_independent_errors:
         points = points.grouped(GROUPS)
     # The viscoelastic law and its rivals, then the verdict and the points that are far from any law
-    fits = verdict.compare_laws(points, [Model.from_law(str(law), law_of(law)) for law in laws], robust=robust)
-    return DampingFit(points, fits, verdict.judge(fits), tuple(verdict.outliers(points)))
+    models = [Model.from_law(str(law), law_of(law)) for law in laws]
+    fits, judgement = verdict.judged(points, models, robust=robust)
+    return DampingFit(fits[0].points, fits, judgement, tuple(verdict.outliers(points)))

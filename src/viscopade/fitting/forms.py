@@ -77,6 +77,7 @@ _Q, _HEIGHT = MeasuredQuantity, "height, h, H, Höhe, Hoehe, hauteur, altura, al
 QUANTITIES: Mapping[str, MeasuredQuantity] = {
     "speed": _Q("speed", "speed, v, velocity, impact speed, impact velocity, speed in, v in, v i, v impact, v before, "
                 "speed before, speed before impact, velocity before impact, Geschwindigkeit, Aufprallgeschwindigkeit, "
+                "Auftreffgeschwindigkeit, "
                 "vitesse, velocidad, velocità", " > 0"),
     "speed_out": _Q("speed", "speed out, v out, v f, rebound speed, rebound velocity, speed after, v after, "
                     "speed after impact, velocity after impact, v rebound"),
@@ -297,6 +298,11 @@ def _split_off_unit(head: Header, dimension: str) -> Header:
         if name and (sign.strip(" _.") or is_unit or is_common) and not quantities(end):
             return Header(name, end)
     return head
+
+
+def has_unit(text: str, dimension: str) -> bool:
+    """Return whether a column's header (`text`) ends in a unit of a dimension of `DIMENSIONS`."""
+    return unit_in_si(_split_off_unit(header(text), dimension).unit, dimension) is not None
 
 
 def _error_of(name: str) -> str | None:

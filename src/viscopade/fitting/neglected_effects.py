@@ -83,7 +83,7 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
             f"it matters if the contact of the slowest bounce lasts {milliseconds:.2g} ms or more "
             f"(g t_c/v = {COUNTS:g})"
         )
-        how = "--contact-time, or a material with --wall, includes it"
+        how = "--contact-time, or the material, includes it"
         return WeightInContacts(False, None, f"weight in contacts is neglected: {text}; {how}")
     # G = g T/v, with the pair's time scale T; g t_c/v = tau_c G
     loads = points.load(ends) if pair is None or points.weight_speed else gravity * pair.time_scale(ends) / ends
@@ -91,10 +91,7 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
     span = f"{fast:.2g} to {slow:.2g}"
     if points.weight_speed:
         return WeightInContacts(True, (fast, slow), f"weight in contacts is in the fit: g t_c/v is {span}")
-    if falls:
-        text = f"g t_c/v is {span}; --wall, for a sphere on a plane, includes it"
-    else:
-        text = f"if the sphere fell on the wall, g t_c/v is {span}, and the true damping is less than the fitted one"
+    text = f"if the sphere fell on the wall, g t_c/v is {span}, and the true damping is less than the fitted one"
     return WeightInContacts(False, (fast, slow), f"weight in contacts is neglected: {text}")
 
 

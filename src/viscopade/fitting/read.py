@@ -14,7 +14,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import cached_property
 from itertools import chain, product
@@ -49,6 +49,9 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 # In a cell that is data, and so no unit: it begins with a number, "-1.2", or has a digit that begins a word, "t = 3",
 # or is nan. Digits behind a letter, _, ^ or a minus sign may be the power of a unit: "m2", "s^2", "m s-1", "s⁻1".
 _DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)
+# Columns in which each value follows the one in the row above it: an eps is the ratio of two, or its root. (For
+# instants, `bounces.audible_bounces` finds those that are missing.)
+_CHAINS = (("height",), ("interval",))
 # "1,234": a comma that may separate thousands, or be a decimal sign
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
@@ -257,9 +260,14 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
         return ValueError(f"{sheet.source}: there is no column {absent[0]!r}: {header}")
     if name:
         return ValueError(f"{sheet.source}: there is no column {name!r}: expected one, because an option names it")
-    accepted = "; or ".join(form.header for form in forms.FORMS if form.epsilon == "epsilon")
-    how = "--column NAME=HEADER gives the name of a column, and --unit NAME=UNIT its unit"
-    return ValueError(f"{sheet.source}: the columns are {header}: expected {accepted}; {how}")
+    # The first column whose header ends in a unit is suggested as a quantity of this unit, or else as a speed.
+    units = {"time": "time", "length": "height", "speed": "speed"}
+    pairs = product((cell.strip() for cell in sheet.header), units)
+    suggested = [f"{units[dimension]}={cell!r}" for cell, dimension in pairs if forms.has_unit(cell, dimension)]
+    how = suggested[0] if suggested else f"speed={sheet.header[0].strip()[:40]!r}"
+    accepted = "names such as time (s); height (cm); or speed (m/s), epsilon"
+    text = f"the columns are {header}: expected {accepted}; or --column NAME=HEADER, such as --column {how}"
+    return ValueError(f"{sheet.source}: {text}; --unit NAME=UNIT gives a unit")
 
 
 def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
@@ -291,17 +299,23 @@ class Sequel:
     labels: list[str]
     sigma: FloatArray
     durations: FloatArray | None = None
+    follows_gap: bool = False  # whether a value before the first one is missing
 
     def select(self, indices: Sequence[int]) -> Sequel:
         """Return the values at these indices, with their labels, errors and durations."""
         durations = None if self.durations is None else self.durations[indices]
         return Sequel(self.values[indices], [self.labels[i] for i in indices], self.sigma[indices], durations)
 
-    def split_at_gaps(self) -> list[Sequel]:
-        """Return the runs of values between missing ones."""
+    def split_at_gaps(self, numbers: FloatArray | None = None) -> list[Sequel]:
+        """Return the runs of values between missing ones; `numbers` of the values rise by 1, or by more at a gap."""
         finite = np.flatnonzero(np.isfinite(self.values))
-        runs = np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1)
-        return [self.select(run.tolist()) for run in runs if len(run)]
+        steps = np.diff(finite if numbers is None else numbers[finite])
+        runs = np.split(finite, np.flatnonzero(steps > 1) + 1)
+        return [replace(self.select(run.tolist()), follows_gap=k > 0) for k, run in enumerate(runs) if len(run)]
+
+    def split_before(self, indices: Sequence[int]) -> list[Sequel]:
+        """Return the runs of values that begin at these indices, and the one before them."""
+        return [self.select(run.tolist()) for run in np.split(np.arange(len(self.values)), indices)]
 
 
 class _Unit(NamedTuple):
@@ -435,7 +449,9 @@ class _Reader:
         bad &= [not may_be_blank or str(cell).lower() not in ("", "nan") for cell in cells]
         if bad.any():
             k = int(np.argmax(bad))
-            cell, accepted = str(cells[k]), f"expected a number{condition}"
+            cell, accepted = str(cells[k]), f"expected a number{condition}" + ", or an empty cell" * may_be_blank
+            if any(sign in cell for sign in ("±", "+-", "+/-")):
+                accepted = "expected its error in a column +/- beside it"
             # "90 %" for a plain number: the message has the number, in hundredths.
             percent = self._number(cell.removesuffix("%").strip()) if cell.endswith("%") else math.nan
             if math.isfinite(percent) and not forms.measured_quantity(name).dimension:
@@ -531,6 +547,9 @@ class _Reader:
                 units, origins = [c.unit for c in columns], dict.fromkeys(c.origin for c in columns)
                 unit = units if len({*units}) > 1 else "".join(units[:1])
                 facts[name] = {"column": column, "unit": unit, "unit_from": " and ".join(origins), "error": error}
+        if (i := self.number_column) is not None:
+            facts["number"] = {"column": cells[i], "unit": "", "unit_from": "plain numbers", "error": None}
+            read_columns.add(i)
         unused = [cell for i, cell in enumerate(cells) if cell and i not in read_columns]
         rows = {"rows": len(self.lines), "lines": [self.lines[0], self.lines[-1]], "unused": unused}
         return {"sheet": self.sheet.name, **facts, **rows}
@@ -656,6 +675,34 @@ class _Reader:
             rows.setdefault("".join(str(cell_of(row, i)) for i in places), []).append(k)
         return list(rows.values())
 
+    @cached_property
+    def number_column(self) -> int | None:
+        """The index of a column that counts the values of a chain: whole numbers that rise, most of them by 1."""
+        taken = {i for places in self.layout.places.values() for i in places} | {*self.errors.values()}
+        for i in range(len(self.layout.headers)) if self.form.needed in _CHAINS else ():
+            numbers = self._plain_numbers(i)
+            steps = np.concatenate([np.diff(numbers[rows]) for rows in self.drops()])
+            rises_by_1 = (numbers == np.round(numbers)).all() and 2 * np.count_nonzero(steps == 1) > len(steps)
+            if i not in taken and rises_by_1 and (steps >= 1).all():
+                return i
+        return None
+
+    def _plain_numbers(self, i: int) -> FloatArray:
+        """Return the numbers in column i, NaN where a cell has none."""
+        return np.array([self._number(cell_of(row, i)) for row in self.rows])
+
+    def _numbers_in(self, rows: list[int]) -> FloatArray | None:
+        """Return numbers of the rows of a drop that skip one where a value is missing; None outside of chains."""
+        if self.form.needed not in _CHAINS:
+            return None
+        if self.number_column is not None:
+            return self._plain_numbers(self.number_column)[rows]
+        # One more for each line above that has no value, and is not among the rows. Some files have an empty line after
+        # each; the rows of other drops may stand between those of this one.
+        lines = np.array(self.lines, dtype=np.float64)
+        empty_above = lines / min(np.diff(lines), default=1.0) - np.arange(len(lines))
+        return np.arange(len(rows), dtype=np.float64) + empty_above[rows]
+
     def sequels(self) -> list[Sequel]:
         """Return the values of each drop in succession: down a column, or along the rows of several columns."""
         columns = [column for name in self.form.needed for column in self.columns(name)]
@@ -663,7 +710,7 @@ class _Reader:
         # One column: a drop is the rows of one number in the column drop.
         if len(columns) == 1:
             column = Sequel(values[0], self.labels, sigma[0], self.durations())
-            return [run for indices in self.drops() for run in column.select(indices).split_at_gaps()]
+            return [run for rows in self.drops() for run in column.select(rows).split_at_gaps(self._numbers_in(rows))]
         # Several columns: each row is a drop, and its values are labelled "line 7, h2".
         heads = [self.layout.headers[i].name for name in self.form.needed for i in self.layout.columns(name)]
         rows = zip(self.labels, values.T, sigma.T, strict=True)
@@ -725,14 +772,15 @@ def _points_of_instants(reader: _Reader) -> Points:
     # Times of flight T0, T1, …: the bounces are between them. Flights get shorter: if the median of the ratios of
     # successive ones is above 1, they are none.
     of_flights, runs = "flights" in reader.form.needed, list[Sequel]()
+    flights = _successive(reader) if reader.form.needed[0] in ("flights", "interval") else []
+    drops = [_instants_of_flights(run) for run in flights] or reader.sequels()
     if of_flights:
-        flights = _successive(reader)
         if np.median(np.concatenate([run.values[1:] / run.values[:-1] for run in flights])) > 1:
             text = "most times of flight are longer than the one before: are they instants of bounces?"
             raise ValueError(f"{text} Then expected the columns bounce 0, bounce 1, …")
-        runs = [_instants_of_flights(run) for run in flights]
+        runs = drops
     # Instants: find the bounces among the sounds of each drop.
-    for drop in () if of_flights else reader.instants():
+    for drop in () if of_flights else drops:
         bounces.require_ascending(drop.values, drop.labels)
         if bounces.evenly_spaced(drop.values, reader.last_digit(reader.form.needed[0])):
             text = "expected times of bounces, or a column position too"
@@ -758,7 +806,11 @@ def _successive(reader: _Reader) -> list[Sequel]:
     """Return the sequels of two values or more; add others to the reader's `left_out`."""
     # An eps is the ratio of two successive times of flight, or the root of that of two heights.
     sequels = reader.sequels()
-    reader.left_out += [(sequel.labels[0], "no value follows it") for sequel in sequels if len(sequel.values) < 2]
+    reader.left_out += [
+        (sequel.labels[0], "the one before it is missing" if sequel.follows_gap else "no value follows it")
+        for sequel in sequels
+        if sequel.follows_gap or len(sequel.values) < 2
+    ]
     if not (successive := [sequel for sequel in sequels if len(sequel.values) > 1]):
         raise bounces.TooFew("no drop has two heights or flights in succession: expected two or more, for one eps")
     return successive
@@ -775,6 +827,13 @@ def _points_of_heights(reader: _Reader) -> Points:
     for drop in drops:
         bounces.require_falling(drop.values, drop.labels, drop.sigma, advice)
     bounces.require_successive([drop.values for drop in drops])
+    # A column may lack a rebound, unless the names of columns say which ones they are: drops of several rebounds are
+    # split there.
+    chains = [k for k, drop in enumerate(drops) if reader.form.needed == ("height",) and len(drop.values) > 2]
+    unseen = bounces.unseen_rebounds([(drops[k].values, drops[k].sigma) for k in chains]) if chains else []
+    reader.left_out += [(drops[k].labels[i], why) for k, seen in zip(chains, unseen, strict=True) for i, why in seen]
+    for k, indices in reversed([*zip(chains, unseen, strict=True)]):
+        drops[k : k + 1] = drops[k].split_before([i for i, _ in indices])
     labelled_drops = [(drop.values, drop.labels) for drop in drops]
     if np.ptp(np.concatenate([values for values, _ in labelled_drops])) == 0:
         raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {advice}")

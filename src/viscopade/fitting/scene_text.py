@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from viscopade.arrays import double
-from viscopade.collision.spheres import Sphere
+from viscopade.collision.spheres import Pair
 from viscopade.fitting.damping import DampingFit
 from viscopade.generated import comment, harmless, marker_lines, string
 
@@ -14,17 +14,15 @@ from viscopade.generated import comment, harmless, marker_lines, string
 SHARE = 0.1
 
 
-def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title: str) -> str:
+def scene_text(fit: DampingFit, pair: Pair, command: str, title: str) -> str:
     """Return a scene with spheres like the measured one, as TOML.
 
     Parameters
     ----------
     fit : DampingFit
         In SI units.
-    sphere : Sphere
-        The measured sphere; its A is not used.
-    wall : bool
-        Whether it hit a wall, instead of another sphere of its kind.
+    pair : Pair
+        The measured sphere, with the wall or the sphere of its kind that it hit; their A is not used.
     command : str
         The command line that makes the scene, for its first line.
     title : str
@@ -50,10 +48,35 @@ def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title:
         )
     # A small 1 - eps keeps its digits only if it is written as such, a small eps only as eps: write the smaller one.
     measured_value = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
-    partner = ', partner = "wall"' if wall else ""
+    measured_value += f', standard_error = {error:.3g}, speed = "{speed} m/s"'
+    sphere, other = pair.first, pair.second
+    # eps is that of the material; or if the wall has another one, of these two bodies, which then both have their A.
+    is_alike = (other.young_modulus, other.poisson_ratio) == (sphere.young_modulus, sphere.poisson_ratio)
+    note = f"# From {len(fit.points)} points; standard_error is that of eps.\nrestitution = {{ {measured_value}"
+    partner = ', partner = "wall"' if other.is_wall else ""
+    constant = f"dissipative_constant = {fit.dissipative_constant(pair).value!r}  # s"
+    of_material = f"{note}, radius = {sphere.radius!r}{partner} }}" if is_alike else f"{constant}, that of the pair"
+    name = "measured" if is_alike else "plane"
+    plane = f'\n[body.plane]\nmaterial = "{name}"\nwall = true\n' if other.is_wall else ""
+    of_contacts = (
+        ""
+        if is_alike
+        else f"""
+[material.plane]
+young_modulus = {other.young_modulus!r}  # Pa
+poisson_ratio = {other.poisson_ratio!r}
+{constant}
+
+[[contact]]
+between = ["ball", "ball"]
+
+[[contact]]
+between = ["ball", "plane"]
+{note} }}
+"""
+    )
     # One digit of a tolerance is enough; below 1e-12 no kernel in double precision meets it.
     tolerance = max(float(f"{SHARE * error:.1g}"), 1e-12)
-    plane = '\n[body.plane]\nmaterial = "measured"\nwall = true\n' if wall else ""
     return f"""\
 {comment(marker_lines(command), "#")}
 # {fit.verdict.sentence}: {"; ".join(fit.verdict.reasons)}.
@@ -63,14 +86,12 @@ title = {string(harmless(title))}
 young_modulus = {sphere.young_modulus!r}  # Pa
 poisson_ratio = {sphere.poisson_ratio!r}
 density = {sphere.density!r}  # kg/m^3
-# From {len(fit.points)} points; standard_error is that of eps.
-restitution = {{ {measured_value}, standard_error = {error:.3g}, speed = "{speed} m/s", \
-radius = {sphere.radius!r}{partner} }}
+{of_material}
 
 [body.ball]
 material = "measured"
 radius = {sphere.radius!r}  # m
-{plane}
+{plane}{of_contacts}
 [speed]
 min = "{fit.points.speed.min():.4g} m/s"
 max = "{fit.points.speed.max():.4g} m/s"

@@ -14,6 +14,7 @@ from scipy import optimize, special
 from viscopade.arrays.checked import FloatArray
 from viscopade.fitting.likelihood import LawFit, Model, fit_law
 from viscopade.fitting.points import Points
+from viscopade.fitting.read import FAST
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 Word = Literal["holds", "holds with a limit", "does not hold", "undecided"]
@@ -124,26 +125,34 @@ def outliers(points: Points) -> list[tuple[str, float]]:
     return [(points.labels[i], float(deviations[i])) for i in np.flatnonzero(np.abs(deviations) > _FAR).tolist()]
 
 
+def judged(points: Points, laws: Sequence[Model] = (), *, robust: bool = False) -> tuple[tuple[LawFit, ...], Verdict]:
+    """Return the fits of `compare_laws`, and the verdict of `judge` on them.
+
+    If eps scatters more than its standard errors under every law, both are those with this scatter.
+    """
+    fits = compare_laws(points, laws, robust=robust)
+    main = fits[0]
+    # chdtrc(d, x): the probability that chi^2 with d degrees of freedom exceeds x.
+    if not points.errors_complete or any(special.chdtrc(fit.degrees, fit.chi2) >= _POOR for fit in fits):
+        return fits, judge(fits)
+    with_scatter = compare_laws(replace(points, errors_complete=False), laws, robust=robust)
+    judgement = judge(with_scatter)
+    text = (
+        f"eps scatters more than its standard errors, for every law (chi^2 = {main.chi2:.1f} for {main.degrees} "
+        "degrees of freedom): all results are those with --scatter, which fits the additional scatter"
+    )
+    word: Word = "holds with a limit" if judgement.word == "holds" else judgement.word
+    return with_scatter, replace(judgement, word=word, reasons=(text, *judgement.reasons))
+
+
 def judge(fits: Sequence[LawFit]) -> Verdict:
     """Return the verdict on the first of several laws fitted to the same points.
 
     Akaike's criteria decide: the law does not hold if another one is better by more than `CLEAR`, and it holds if a
-    constant eps and nu = 1 are worse by `CLEAR` or more. If eps scatters more than its standard errors under every
-    law, the laws are compared with this scatter. `fits` are those of `compare_laws`.
+    constant eps and nu = 1 are worse by `CLEAR` or more. `fits` are those of `compare_laws`.
     """
     main, fits_by_name = fits[0], {fit.model.name: fit for fit in fits[1:]}
     number, free_exponent = len(main.points), fits_by_name.get("free exponent")
-    # Complete errors that no law explains: judge again with a scatter besides them.
-    # chdtrc(d, x): the probability that chi^2 with d degrees of freedom exceeds x.
-    if main.points.errors_complete and all(special.chdtrc(fit.degrees, fit.chi2) < _POOR for fit in fits):
-        further = [fit.model for fit in fits if fit.model not in MODELS]
-        with_scatter = judge(compare_laws(replace(main.points, errors_complete=False), further, robust=main.robust))
-        text = (
-            f"eps scatters more than its standard errors, for every law (chi^2 = {main.chi2:.1f} for {main.degrees} "
-            "degrees of freedom): the verdict is the one with --scatter, which fits the additional scatter"
-        )
-        word: Word = "holds with a limit" if with_scatter.word == "holds" else with_scatter.word
-        return replace(with_scatter, word=word, reasons=(text, *with_scatter.reasons))
     # Whether the interval of p (parameter 1) reaches the theory's 1/5: if so, the free exponent is no rival.
     low, high = (THEORY, THEORY) if free_exponent is None else free_exponent.interval(_LEVEL, 1)
     agrees_with_theory = low - _SLACK <= THEORY <= high + _SLACK
@@ -173,6 +182,9 @@ def judge(fits: Sequence[LawFit]) -> Verdict:
     # All of them are excluded at the largest of their ratios of speeds, if each has one.
     ratios = [deciding_ratio(main, fit.model) for fit in not_excluded]
     ratio = None if None in ratios else max(value for value in ratios if value is not None)
+    # Speeds that the reader of files would doubt are no advice.
+    if ratio is not None and main.middle * math.sqrt(ratio) > FAST:
+        ratio = None
     reasons = (*few, f"the data do not exclude {names}{better}", *trend, _advice(main, ratio))
     return Verdict("undecided", reasons, ratio)
 
@@ -222,7 +234,7 @@ def _advice(main: LawFit, ratio: float | None) -> str:
     slow, fast = float(main.points.speed.min()), float(main.points.speed.max())
     number = max(len(main.points), FEWEST)
     if ratio is None:
-        return f"no range of speeds with {number} points and such errors would decide"
+        return f"no range of speeds up to {FAST:g} m/s with {number} points and such errors would decide"
     # The range was wide enough, and the data decided nothing by chance, in one of six cases: twice the points.
     if ratio <= fast / slow:
         return f"{2 * number} points at these speeds would probably decide"

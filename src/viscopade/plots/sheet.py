@@ -119,6 +119,13 @@ def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, lis
     return sheet, panels
 
 
+def page_height() -> float:
+    """Return the height of a user's page in inches; 0 for the drawing's own height. Within `style_context`."""
+    from matplotlib import rcParams
+
+    return float(rcParams["figure.figsize"][1])
+
+
 def label_axes(
     axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str
 ) -> None:
@@ -192,13 +199,15 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
         handles.append((band, line) if look.band else line)
     looks: Any = {"handlelength": 2.6, "columnspacing": 1}
     looks["handler_map"] = {tuple: HandlerTuple(ndivide=1)}
-    legend = where.legend(handles, [text for text, _ in names], loc=place, ncols=columns, **looks)
-    # One that is wider than the figure, as with large letters, is drawn again in one column.
     sheet = where.get_figure(root=True)
     assert sheet is not None
-    if columns > 1 and legend.get_window_extent().width > sheet.bbox.width:
+    # One that is wider than the figure, as with large letters, is drawn again with a column less.
+    while True:
+        legend = where.legend(handles, [text for text, _ in names], loc=place, ncols=columns, **looks)
+        if columns == 1 or legend.get_window_extent().width <= sheet.bbox.width:
+            return
         legend.remove()
-        where.legend(handles, [text for text, _ in names], loc=place, ncols=1, **looks)
+        columns -= 1
 
 
 def letters(points: float) -> float:
@@ -259,6 +268,6 @@ def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str, page
     page = page or Page()
     with style_context(page):
         sheet = draw()
-        if page.title is not None:
+        if page.title:
             sheet.suptitle(page.title)
         return file_content(sheet, page.title or title, command, kind)

@@ -245,7 +245,7 @@ def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
             inside[name] += [low <= truth <= high for low, high in spans]
             ratios[name].append(value / truth)
         if i < judged:
-            words[verdict.judge(verdict.compare_laws(points)).word] += 1
+            words[verdict.judged(points)[1].word] += 1
     shares = {word: words[word] / judged for word in WORDS} if judged else {}
     return [
         Rate(
@@ -324,7 +324,7 @@ class Cell:
             # A measured eps cannot be negative.
             measured = np.maximum(model.epsilon(kappa) + self.sigma * random.standard_normal(self.number), 0)
             points = Points.measured(speed, measured, sigma_epsilon=self.sigma if self.with_errors else None)
-            words[verdict.judge(verdict.compare_laws(points)).word] += 1
+            words[verdict.judged(points)[1].word] += 1
         return words
 
 
