@@ -962,8 +962,8 @@ def epsilon(
 
 
 _NO_APPROXIMANT = (
-    "--pade needs the viscoelastic law without load: expected --v-star, --kappa, or --beta and --speed; `viscopade "
-    "table` has the error for a material"
+    "--pade needs the viscoelastic law without load: expected --v-star, --kappa, or --beta and --speed; "
+    "`viscopade table` has the error for a material"
 )
 # Zeros before the first digit of the smallest error of an approximant: a double, which reads it, has no smaller one.
 _MOST_ZEROS = 300
