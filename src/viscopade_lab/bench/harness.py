@@ -249,7 +249,7 @@ def proven_error(bound: ErrorBound, form: Format) -> Fraction:
     """
     # 1 - eps is least at the lowest speed, where it is 0.3: there eps is 2.4 times as large.
     ratio = 1 / Fraction(float(double.one_minus_epsilon(spheres.v_star(SPEED_MIN, BETA)))) - 1
-    return bound.relative + bound.last * max(ratio, 1) + bound.ulps * Fraction(ulp_of_eps(form))
+    return bound.relative + bound.last * max(ratio, Fraction(1)) + bound.ulps * Fraction(ulp_of_eps(form))
 
 
 def allowed_error(bound: ErrorBound, form: Format) -> float:
