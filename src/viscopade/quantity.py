@@ -20,7 +20,7 @@ _FRACTION = re.compile(r"\s*([0-9]+)/([1-9][0-9]*)(?![0-9.eE])\s*(.*)")  # such 
 _POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|-?[1-9]|[²³])?"
 _BARE_EXPONENT = re.compile(r"(?<=[A-Za-zµ])(?=-?[1-9])")
 _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
-_BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
+_BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?(?:\(1/5\)|0\.2)")
 _SUPERSCRIPTS = str.maketrans({"⁻": "-", "−": "-", "¹": "1", "²": "2", "³": "3", "μ": "µ"})
 _PER_SECOND = re.compile(r"([kcm]?m)[\s_/.·*]?s(?:\^?[({]?-1[)}]?)?")  # m/s, m s^-1, ms-1, m_s, and ms of a speed
 _LONGEST = 60  # characters of a quantity, number and unit; a choice, longer than any that people write

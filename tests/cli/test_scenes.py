@@ -185,4 +185,4 @@ def test_tables_of_bodies_that_fall():
     assert "it stays down, eps = 0.\n" in printed(*words)
     scene = json_of("table", EXAMPLES / "rubber.toml", "--gravity", "9.81", "--points", "2")
     assert [curve["name"] for curve in scene["curves"]] == ["happy-floor", "unhappy-floor"]
-    assert scene["curves"][1]["epsilon"] == [0, pytest.approx(0.1181, abs=1e-4)]
+    assert scene["curves"][1]["epsilon"] == [0, pytest.approx(0.1679, abs=1e-4)]  # SciPy: 0.16785

@@ -241,13 +241,16 @@ def ball(modulus, poisson, density, radius, constant=0.0):
     )
 
 
-@pytest.mark.parametrize("partner", [None, "sphere", "wall"])
+@pytest.mark.parametrize("partner", [None, "sphere", "wall", "rigid wall"])
 @pytest.mark.parametrize("name", ["epsilon", "one_minus_epsilon"])
 def test_restitution_of_a_material_comes_back(name, partner):
     known = {name: 0.25, "speed": "20 cm/s", "radius": "5 mm"} | ({} if partner is None else {"partner": partner})
     a = parsed(("material.steel.restitution", known)).materials["steel"].dissipative_constant
     one = ball(2.1e11, 0.3, 7800, 5e-3, a)
-    other = Sphere.wall(young_modulus=2.1e11, poisson_ratio=0.3, dissipative_constant=a) if partner == "wall" else one
+    walls = {"wall": 2.1e11, "rigid wall": 1e30}
+    other = one
+    if partner in walls:
+        other = Sphere.wall(young_modulus=walls[partner], poisson_ratio=0.3, dissipative_constant=a)
     wanted = 0.25 if name == "epsilon" else 0.75
     assert Pair(one, other).epsilon(0.2) == pytest.approx(wanted, rel=1e-13, abs=0)
 

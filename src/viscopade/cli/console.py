@@ -370,6 +370,9 @@ def check_units_of_beta(beta: str, **speeds: str) -> None:
     from viscopade import quantity
 
     with_unit = quantity.beta_decimal(beta) is not None
+    # What is no beta at all, such as "1.3 s/cm", is refused as such where it is read.
+    if not with_unit and quantity.unit_of(beta):
+        return
     for name, flag in speeds.items():
         speed = typed_text(name)
         if speed is not None and bool(quantity.unit_of(speed)) != with_unit:

@@ -167,15 +167,17 @@ def _material(node: Node) -> Material:
     restitution, relative_error = node.get("restitution"), None
     if restitution is not None:
         restitution.only("epsilon", "one_minus_epsilon", "standard_error", "speed", "radius", "partner")
-        # Else A follows from a measured eps, of two equal balls or of a ball and a wall of this material.
+        # Else A follows from a measured eps, of two equal balls, or of a ball and a wall.
         radius = _required(restitution, "radius", "length")
         partner_node = restitution.get("partner")
-        partner = "sphere" if partner_node is None else partner_node.choice(("sphere", "wall"))
+        partner = "sphere" if partner_node is None else partner_node.choice(("sphere", "wall", "rigid wall"))
         if density is None:
             raise ValueError(f"{node.source}: {node.key}.density is missing: {node.key}.restitution needs it")
         elastic = {"young_modulus": modulus, "poisson_ratio": poisson, "dissipative_constant": 0.0}
         ball = _with_place(node, lambda: Sphere(radius=radius, density=density, **elastic))
-        pair = _with_place(node, lambda: Pair(ball, ball if partner == "sphere" else Sphere.wall(**elastic)))
+        # 2^60 times as stiff a wall is rigid: it changes no digit of a double, which has 53 bits.
+        wall = elastic | ({"young_modulus": 2.0**60 * modulus} if partner == "rigid wall" else {})
+        pair = _with_place(node, lambda: Pair(ball, ball if partner == "sphere" else Sphere.wall(**wall)))
         constant = _dissipative_constant(node, pair, constant, restitution)
         relative_error = _relative_error(restitution, pair, constant)
     return Material(modulus, poisson, density, constant, _optional(node, "yield_strength", "pressure"), relative_error)

@@ -331,7 +331,7 @@ def _listed(numbers: Iterable[int]) -> str:
 
 @claim(
     "no-divergence",
-    "request c) before the numerical solution",
+    "requirement c) before the numerical solution",
     "unlike truncated series, [1/4] and [3/6] diverge nowhere",
 )
 def _no_divergence() -> Evidence:

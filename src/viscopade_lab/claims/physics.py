@@ -353,7 +353,7 @@ def _order_40_for_ice() -> Evidence:
     }
     summary = (
         f"S_40 is more than 1 % off from {at_most(speeds[VISIBLE])} cm/s on and more than 10 % off from "
-        f"{at_most(speeds[GROSS])} cm/s on; no order gets beyond {at_most(radius)} cm/s, the radius of convergence"
+        f"{at_most(speeds[GROSS])} cm/s on; no order gets beyond {radius:.3f} cm/s, the radius of convergence"
     )
     return Evidence(verdict(_printed("0.3", speeds[GROSS])), summary, numbers, "sampled")
 
