@@ -48,6 +48,7 @@ _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters of a value i
 # A decimal number; nine digits of an exponent are read, and refused if they exceed MAX_EXPONENT.
 _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?")
 _WITH_COMMA = re.compile(r"\s*[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?(?![0-9,.])")  # such as "0,5" and "2,5 cm/s"
+_PERCENTAGE = re.compile(r"\s*([+-]?[0-9]{1,9}(?:\.[0-9]{1,9})?) ?%\s*")  # such as "83.67 %"; 9 digits are a choice
 
 
 def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
@@ -112,12 +113,16 @@ def refusal(name: str, value: object, accepted: str) -> str:
         text = " ".join(_REPR.repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
         text = "an integer of thousands of digits"
-    return f"{name} is {text}: expected {accepted}{decimal_sign(value)}"
+    return f"{name} is {text}: expected {accepted}{spelling_advice(value)}"
 
 
-def decimal_sign(value: object) -> str:
-    """Return, as the end of a refusal, what is wrong with a number with a decimal comma; "" for any other value."""
-    return "; the decimal sign is a point" if isinstance(value, str) and _WITH_COMMA.match(value) else ""
+def spelling_advice(value: object) -> str:
+    """Return, as the end of a refusal, how to spell a number with a decimal comma, or a percentage; else ""."""
+    if not isinstance(value, str):
+        return ""
+    if percentage := _PERCENTAGE.fullmatch(value):
+        return f"; {value.strip()} is {Decimal(percentage[1]).scaleb(-2)}"
+    return "; the decimal sign is a point" if _WITH_COMMA.match(value) else ""
 
 
 def suggestion(word: str, names: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
-from viscopade.arguments import decimal_sign
+from viscopade.arguments import spelling_advice
 
 Word = TypeVar("Word", bound=str)
 
@@ -34,8 +34,9 @@ class Node:
     def refuse(self, accepted: str) -> ValueError:
         """Return the exception that names the file, the key, the value and the expected values."""
         where = f"{self.key} is" if self.key else "it contains"
-        point = decimal_sign(self.value)
-        return ValueError(f"{self.source}: {where} {_shown(self.value)}: expected {accepted}{point}")
+        return ValueError(
+            f"{self.source}: {where} {_shown(self.value)}: expected {accepted}{spelling_advice(self.value)}"
+        )
 
     def _at(self, name: str, value: object) -> Self:
         """Return the node of a part, whose key is this one's and the part's name: "material.ice"."""

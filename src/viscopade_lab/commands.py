@@ -64,7 +64,7 @@ def claims(names: tuple[str, ...], verdict: str | None, style: str) -> None:
         for entry in unchecked:
             say(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}", 2)
         listed = ", ".join(f"{kind} {number}" for kind, number in sorted(counts.items(), reverse=True))
-        say(f"the paper's statements: {listed or 'none'}")
+        say(f"the paper's own statements: {listed or 'none'}")
         return
     header = ("name", "place", "statement", "verdict", "kind", "summary")
     rows = ([finding[column] for column in header] for finding in findings)

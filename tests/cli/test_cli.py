@@ -402,7 +402,7 @@ def test_claims():
     both = ("claims", "--only", "twenty-terms", "--only", "older-coefficients")
     text = called(*both).stdout
     assert "verdict:  holds (proven)" in text
-    assert text.endswith("\nthe paper's statements: holds 1\n")  # the other one is of older work
+    assert text.endswith("\nthe paper's own statements: holds 1\n")  # the other one is of older work
     false = called(*both, "--verdict", "does not hold").stdout
     assert "older-coefficients" in false
     assert "twenty-terms" not in false

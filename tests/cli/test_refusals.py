@@ -41,6 +41,9 @@ BAD = [
     ("plot --beta 1.3 --to '5 m/s' -o x.svg", "--beta is '1.3' and --to is '5 m/s': expected a unit for both"),
     ("table --beta '1 (s/m)^(1/5)' --speed 2 --law linear", "and --speed is '2': expected a unit for both"),
     ("table --from '1 cm/s'", "--from and --to are v*, which has no unit"),
+    ("epsilon --epsilon 83.67% --speed 4.43", "--epsilon is '83.67%': expected 0 < epsilon <= 1; 83.67% is 0.8367"),
+    ("table --epsilon '70 %' --speed 1", "expected a finite decimal number; 70 % is 0.70"),
+    ("export c --accuracy 1e-12", "to 0.99, or tables (--from-speed, --full)"),
     ("epsilon --v-star 0,5", "from 1e-1000 to 1e100; the decimal sign is a point"),
     ("table --from '-2,5 cm/s'", "or a number in m/s; the decimal sign is a point"),
     ("plot --font-size 8,5 -o x.svg", "--font-size is '8,5': expected a finite decimal number; the decimal sign is a"),
@@ -138,7 +141,7 @@ BAD = [
     ("export c --accuracy 1e-13 --v-star-max 5", "is '1e-13': expected a number from 1e-12 to 0.99"),
     ("export c --accuracy 1e-16", "expected a number from 2.9e-08 to 0.99"),
     ("export c --minimax 6/9 --v-star-max 0.1", "has an error below 1e-12: expected lower degrees"),
-    ("export c --accuracy 1e-12 --v-star-max 1000", "or a shorter interval"),
+    ("export c --accuracy 1e-12 --v-star-max 1000", "or a shorter interval, or tables (--from-speed, --full)"),
     ("export c --minimax 0/9 --v-star-max 1000", "expected other degrees"),
     ("export python --full", "as the kernel has a table"),
     (

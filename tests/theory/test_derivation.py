@@ -90,7 +90,8 @@ def test_reproduce_shows_the_derivation():
     assert set(whole["h"]) == {str(k) for k in range(2, 10)}
     assert sp.sympify(whole["h"]["6"]) == -sp.Rational(169, 600) * sp.Symbol("lambda_1") ** 3 - sp.Symbol("lambda_3")
     assert shown.index("h_9 = 17 lambda_1^2/50 = 0.45235105120205073021") < shown.index("[0/3]")
-    assert "mpmath builds a and b" in shown
+    assert "H(z) = 1 + z/3 + 13 z^2/96 + …" in shown
+    assert "mpmath builds a and b of [m/n] from h_0 … h_9" in shown
 
 
 @pytest.mark.parametrize("law", ["linear", "tsuji"])

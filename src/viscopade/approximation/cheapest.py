@@ -63,7 +63,7 @@ def cheapest_fit(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0) -> F
     m, n = CANDIDATES[-1]
     raise ValueError(
         f"accuracy is {limit:g}: expected {1.01 * reached:.3g} or more, which [m/n] up to [{m}/{n}] "
-        f"reach on {interval_text(interval)}, or a shorter interval"
+        f"reach on {interval_text(interval)}, or a shorter interval, or tables (--from-speed, --full)"
     )
 
 

@@ -93,6 +93,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     from viscopade.theory.derivation import derive
     from viscopade.theory.equation import scaled_equation
     from viscopade.theory.paper import CITATION, approximants, compare
+    from viscopade.theory.series import end_series
 
     if out is not None:
         check_targets([out / name for name in requests.NAMES], parents=True)
@@ -118,6 +119,11 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
         "entries": [{name: getattr(e, name) for name in fields} for e in entries],
     }
     if style == "text":
+        # H as text, its powers up to z^2: "1 + z/3 + 13 z^2/96".
+        h_text = " + ".join(
+            f"{'' if c.numerator == 1 else f'{c.numerator} '}{power}/{c.denominator}" if power else str(c)
+            for c, power in zip(end_series(2), ("", "z", "z^2"), strict=True)
+        )
         # What SymPy and mpmath do, in the order of the argument; the files named are those that prove each step.
         steps = [
             f"scaled equation: {derivation.equation}; contact ends where x'' = 0; kappa = v*^2 "
@@ -125,17 +131,17 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
             f"without time: {derivation.turning_point}; x = x_max r^2, |x'| = sqrt(4/5) x_max^(5/4) g, "
             "K = sqrt(4/5) kappa x_max^(1/4) (03_turning_point.py)",
             f"order K^n of g = g_0 + K g_1 + …: {derivation.hierarchy} (04_hierarchy.py)",
-            "speeds at x = 0: eps_0 = g(-K)/g(K) at r = 0; ln eps_0 = -(lambda_1 nu + lambda_3 nu^3 + …), "
-            "nu = kappa eps_0^(1/10) (06_time_reversal.py)",
-            "speed at the end: eps = eps_0 H(4/5 v*^5 sqrt(eps_0)), H a series of rational numbers "
-            "(05_end_of_contact.py); from both, eps = 1 + sum h_k v*^k (07_coefficients.py)",
+            "speeds at x = 0: eps_0 = g(-K)/g(K) at r = 0, so that the numbers g_n(0) give the lambda_k in "
+            "ln eps_0 = -(lambda_1 nu + lambda_3 nu^3 + …), nu = kappa eps_0^(1/10) (06_time_reversal.py)",
+            f"speed at the end: eps = eps_0 H(4/5 v*^5 sqrt(eps_0)), H(z) = {h_text} + … (05_end_of_contact.py)",
+            "both together: eps = 1 + sum h_k v*^k (07_coefficients.py)",
         ]
         say("From the equation of motion to the table; SymPy generates the equations below the first, and the h_k")
         for number, step in enumerate(steps, 1):
             say(f"{number}. {step}", indent=3)
         _say_polynomials(derivation)
         say(
-            f"{len(steps) + 1}. mpmath builds a and b of [m/n] from these and higher h_k: the series of "
+            f"{len(steps) + 1}. mpmath builds a and b of [m/n] from h_0 … h_{_HIGHEST}: the series of "
             "(b_0 + … + b_n v*^n) eps - (a_0 + … + a_m v*^m) has no power below v*^(m+n+1); balls prove the digits\n",
             indent=3,
         )

@@ -151,13 +151,13 @@ def bounds_on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[Err
                 raise
 
 
-def checked_accuracy(accuracy: Exact, least: Fraction, name: str = "accuracy") -> Fraction:
+def checked_accuracy(accuracy: Exact, least: Fraction, name: str = "accuracy", further: str = "") -> Fraction:
     """Return an accuracy, a relative error, exactly; expected is a number from `least` to 0.99.
 
-    `name` is that of the argument in a refusal.
+    `name` is that of the argument in a refusal, and `further` its end.
     """
     # At 1, or 100 %, eps = 0 would be accurate enough; 0.99 is a round number below it.
-    expected = f"a number from {float(least):g} to 0.99"
+    expected = f"a number from {float(least):g} to 0.99{further}"
     return arguments.exact_number(name, accuracy, expected, lambda x: least <= x <= Fraction("0.99"))
 
 

@@ -191,7 +191,7 @@ def half_line(accuracy: Exact) -> Kernel:
 
 def _choose(accuracy: Exact) -> FitChoice:
     """Return what an accuracy asks for; errors as for `compact`."""
-    limit = checked_accuracy(accuracy, BEST_ACCURACY)
+    limit = checked_accuracy(accuracy, BEST_ACCURACY, further=", or tables (--from-speed, --full)")
     exponents = compact_powers(limit)
     return FitChoice(accuracy_name(limit), exponents, compact_fit(exponents))
 
