@@ -118,7 +118,7 @@ HOSTILE = {
     "damaged.xlsx": (lambda: damaged(xlsx(CELLS)), "the ZIP archive cannot be read"),
     "entities.xlsx": (lambda: xlsx("&a;"), "no sheet has rows below a header"),
     "words.csv": (lambda: "speed,epsilon\n" + "a,b\n" * 1_000_000, "the unit of speed is 'a': expected m/s"),
-    "headers.csv": (lambda: (("speed_" * 30 + ",") * 300 + "\n") * 1000, "expected speed (m/s), epsilon"),
+    "headers.csv": (lambda: (("speed_" * 30 + ",") * 300 + "\n") * 1000, "speed (m/s), epsilon; or "),
     "attributes.ods": (
         lambda: ods(FAR.replace("<table:table-row>", '<table:table-row table:number-rows-repeated="9000000">') * 2),
         "attributes.ods: ",

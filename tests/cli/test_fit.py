@@ -123,6 +123,18 @@ def test_an_outlier_is_named_beside_the_verdict(data):
     assert "--robust" not in printed("fit", data, "--robust", "--scatter").partition("quantity")[0]
 
 
+def test_the_advice_on_an_outlier_among_heights(tmp_path):
+    drop = tmp_path / "drop.csv"
+    rows = ["600,216,82,33,14", "500,183,70,28,12", "400,149,95,37,16", "300,114,46,19,8"]  # 95 for 58
+    drop.write_text("\n".join(["h0 (mm),h1 (mm),h2 (mm),h3 (mm),h4 (mm)", *rows]))
+    text = " ".join(printed("fit", drop).split())
+    assert "off; --without leaves a line out, --robust counts outliers less; --resolution gives the error" in text
+    with_errors = printed("fit", drop, "--resolution", "1 mm")
+    assert "line 4, h2 is" in with_errors
+    assert "--robust" not in with_errors
+    assert "speeds " in with_errors.partition("\n\n")[0]
+
+
 def test_several_files_of_which_one_has_an_echo(tmp_path):
     clean, echo = tmp_path / "clean.csv", tmp_path / "echo.csv"
     instants = np.append(0, np.cumsum(0.6 * 0.85 ** np.arange(6))).tolist()
@@ -145,7 +157,7 @@ def test_several_files_of_which_one_has_an_echo(tmp_path):
         ),
         (
             "H (cm),h (cm)\n100,70\n",
-            "3 or more; `viscopade invert --epsilon 0.8367 --speed 4.429` gives the damping for",
+            "3 or more; `viscopade invert --epsilon 0.8367 --speed 4.429` gives beta for",
         ),
         (
             "H (cm),h (cm)\n92,67\n92,66\n92,68\n",

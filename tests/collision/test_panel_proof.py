@@ -17,6 +17,7 @@ from viscopade.arithmetic.balls import working
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import exact, panel_proof
+from viscopade.collision import exact_table as rows_of_exact
 from viscopade.collision.panel_proof import (
     END,
     EXACT_BITS,
@@ -286,11 +287,12 @@ def files(monkeypatch):
     """Put other texts into the place of the package's."""
     texts = {name: panel_proof._text(name) for name in (panels.DATA, panel_proof.RECORD, panel_proof.EXACT)}
     monkeypatch.setattr(panel_proof, "_text", texts.__getitem__)
-    for known in (panel_proof.proven_error, panel_proof.exact_rows):
-        known.cache_clear()
+    caches = (panel_proof.proven_error, panel_proof.exact_rows, rows_of_exact._row, rows_of_exact._odds_at_end)
+    for function in caches:
+        function.cache_clear()
     yield texts
-    for known in (panel_proof.proven_error, panel_proof.exact_rows):
-        known.cache_clear()
+    for function in caches:
+        function.cache_clear()
 
 
 def test_a_worse_panel_is_a_larger_error(files):

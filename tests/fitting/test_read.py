@@ -495,7 +495,11 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
             {"units": {"time": "s"}},
             "there is no column 'time': expected one, because an option names it",
         ),
-        ("time\n1\n1.1\n1.19\n", {"contact_time": 0.2}, "expected more than the contact time"),
+        (
+            "time\n1\n1.1\n1.19\n",
+            {"contact_time": 0.2},
+            "0.1 s after the last one, but a contact takes 0.2 s: is the contact time right",
+        ),
     ],
 )
 def test_options_that_do_not_fit_the_file(text, options, message):
@@ -517,3 +521,20 @@ def test_a_file_of_many_rows_is_read():
     many = "\n".join(map(str, range(20_001)))
     with pytest.raises(ValueError, match="there are 20001 instants: expected up to 20000"):
         points(f"time\n{many}\n")
+
+
+def test_a_rebound_missing_in_a_row_is_found():
+    """Its later heights stand a column to the left: eps across the gap, 0.48, is no eps of a bounce."""
+    rows = ["h0 (mm),h1 (mm),h2 (mm),h3 (mm),h4 (mm)", "600,288,138,66,32", "500,240,115,55,26", "400,192,44,21,"]
+    found = recording("\n".join(rows))
+    assert found.left_out == (("line 4, h2", "a rebound before it was not measured"),)
+    assert len(found.points) == 10
+
+
+def test_a_title_in_a_spreadsheet_is_no_header():
+    """CSV of a spreadsheet fills its rows with empty cells."""
+    german = "Versuch,Starthöhe (mm),Rücksprung 1 (mm),Rücksprung 2 (mm)"
+    found = points(f"Stahlplatte,,,\n{german}\n1,600,288,138\n2,500,240,115\n")
+    assert found.epsilon == pytest.approx(np.sqrt([288 / 600, 138 / 288, 240 / 500, 115 / 240]))
+    with pytest.raises(ValueError, match=r"the columns are 'Nr', 'x \(mm\)', 'y \(mm\)': .*NAME=HEADER; --unit"):
+        points("Stahlplatte,,\nNr,x (mm),y (mm)\n1,600,288\n2,500,240\n")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import viscopade as vp
-from viscopade.fitting import verdict
+from viscopade.fitting import read, verdict
 from viscopade.fitting.points import Points
 from viscopade.theory.law import law_of
 
@@ -190,6 +190,21 @@ def test_rounded_data_have_no_outliers():
     for seed in range(12):
         rounded = np.round(data(VISCOELASTIC, sigma=0.004, seed=seed).epsilon, 2)
         assert verdict.outliers(Points.measured(SPEED, rounded)) == []
+
+
+@pytest.mark.parametrize("resolution", [{}, {"resolution": "1 mm"}])
+def test_heights_that_share_errors_have_outliers(resolution):
+    """A typing error of a height, 95 mm for 59, changes the eps before and after it."""
+    drops = []
+    for height in (600.0, 500.0, 400.0, 300.0):  # mm
+        fallen = [height]
+        for _ in range(5):
+            fallen.append(fallen[-1] * (0.6 * (fallen[-1] / 600) ** -0.04) ** 2)
+        drops.append(fallen)
+    drops[2][2] *= 95 / 59
+    rows = [",".join(f"h{i} (mm)" for i in range(6)), *(",".join(f"{height:.0f}" for height in drop) for drop in drops)]
+    points = read.recording([("\n".join(rows).encode(), "data.csv")], read.Options(**resolution)).points
+    assert [label for label, _ in verdict.outliers(points)] == ["line 4, h2"]
 
 
 def test_many_points_are_grouped_by_speed_with_their_weights():

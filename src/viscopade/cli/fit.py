@@ -429,7 +429,7 @@ def _require_speeds(recording: Recording, files: str) -> None:
         )
         if len(points) == 1 and 0 < points.epsilon[0] < 1:
             one = f"--epsilon {points.epsilon[0]:.4g} --speed {points.speed[0]:.4g}"
-            text += f"; `viscopade invert {one}` gives the damping for this one"
+            text += f"; `viscopade invert {one}` gives beta for this one, and A with a scene of ball and plate"
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():  # equal but for round-off
         # The standard error of a mean: s/sqrt(n), with s from n - 1 degrees of freedom.
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
@@ -562,6 +562,10 @@ def _show(
     # Text begins with what was read, then the verdict with its reasons, what was left out, and warnings.
     for paragraph in read_text(recording):
         say(paragraph)
+    # A unit misread by 10 or 1000 shows in the speeds, a wrong assignment of columns in eps.
+    speed, epsilon = damping_fit.points.speed, damping_fit.points.epsilon
+    speeds = f"speeds {speed.min():.3g} to {speed.max():.3g} m/s"
+    say(f"{damping_fit.number}: {speeds}, eps {epsilon.min():.3g} to {epsilon.max():.3g}")
     click.echo()
     say(f"{damping_fit.verdict.sentence}.")
     for reason in damping_fit.verdict.reasons:
@@ -579,7 +583,13 @@ def _show(
     if (more := len(recording.flights) - MOST_ROWS) > 0:
         say(f"  and {more} more; --format json lists all", 2)
     for label, off in damping_fit.outliers:
-        advice = "" if damping_fit.main.robust else "; --without leaves a line out, --robust counts outliers less"
+        # Bounces with errors share them, and have no robust fit. Without errors, a low bounce seems as exact as a high
+        # one, and is an outlier more often.
+        advice = "" if damping_fit.main.robust else "; --without leaves a line out"
+        if advice and damping_fit.points.of_independent_errors:
+            advice += ", --robust counts outliers less"
+        if recording.kind in ("heights", "instants") and not damping_fit.points.errors_complete:
+            advice += "; --resolution gives the error of readings"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
     for warning in _warnings(recording, damping_fit, pair, neglected):
         say(f"  {warning}", 2)
@@ -594,7 +604,7 @@ def _show(
             "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
         )
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    show(style, header, rows, {}, title=damping_fit.number)
+    show(style, header, rows, {})
 
     # The laws by Akaike's information criterion, the smallest first; it is infinite for too few points. Each law has
     # the damping kappa ~ v^p. chi^2 only where the errors of the points are known: with a fitted scatter it says

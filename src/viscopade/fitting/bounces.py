@@ -294,7 +294,7 @@ def require_successive(drops: Sequence[FloatArray]) -> None:
 
 
 def unseen_rebounds(drops: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[tuple[int, str]]]:
-    """Return the heights in a column before which a rebound was not measured, or may not have been.
+    """Return the heights of drops before which a rebound was not measured, or may not have been.
 
     Two successive heights are those of one bounce, or of two, with a rebound between them that was not measured, which
     costs 16. Losses are -ln eps = a v^p, with one a, p and scatter of all drops. The difference of a measured loss from
@@ -383,9 +383,9 @@ def _of_drop(
     for _ in range(1 if isinstance(contact, float) else _ROUNDS):
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
-            raise ValueError(
-                f"{labels[k + 1]}: the bounce is {spans[k]:.6g} after the last one: expected more than the contact time"
-            )
+            cause = "are the radius and Young's modulus" if isinstance(contact, Pair) else "is the contact time"
+            text = f"the bounce is {spans[k]:.4g} s after the last one, but a contact takes {contacts[k]:.4g} s"
+            raise ValueError(f"{labels[k + 1]}: {text}: {cause} right?")
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
         # The body launched after a contact lands at `impact`: eps is the next launch over this. Only contact times use

@@ -74,10 +74,12 @@ class Form(NamedTuple):
 
 # fmt: off
 _Q, _HEIGHT = MeasuredQuantity, "height, h, H, Höhe, Hoehe, hauteur, altura, altezza, altitude"
+_REBOUND = ("rebound, rebound height, bounce height, Rücksprung, Rücksprunghöhe, Rückprall, Rückprallhöhe, Sprunghöhe, "
+            "rebond, hauteur de rebond, rebote, altura de rebote, rimbalzo, altezza di rimbalzo")
 QUANTITIES: Mapping[str, MeasuredQuantity] = {
     "speed": _Q("speed", "speed, v, velocity, impact speed, impact velocity, speed in, v in, v i, v impact, v before, "
                 "speed before, speed before impact, velocity before impact, Geschwindigkeit, Aufprallgeschwindigkeit, "
-                "Auftreffgeschwindigkeit, "
+                "Auftreffgeschwindigkeit, Einschlaggeschwindigkeit, "
                 "vitesse, velocidad, velocità", " > 0"),
     "speed_out": _Q("speed", "speed out, v out, v f, rebound speed, rebound velocity, speed after, v after, "
                     "speed after impact, velocity after impact, v rebound"),
@@ -94,18 +96,18 @@ QUANTITIES: Mapping[str, MeasuredQuantity] = {
     "frame": _Q("", "frame, slice, image"),
     "height": _Q("length", _HEIGHT, " > 0"),
     "drop_height": _Q("length", "drop height, release height, initial height, starting height, height before, drop, "
-                      "height, H, Höhe, Fallhöhe", " > 0"),
-    "rebound_height": _Q("length", "rebound height, bounce height, height after, rebound, h, Rücksprunghöhe, "
-                         "Sprunghöhe", " > 0"),
+                      "height, H, Höhe, Fallhöhe, Starthöhe, Ausgangshöhe, Anfangshöhe, Abwurfhöhe, "
+                      "hauteur initiale, hauteur de chute, altura inicial, altezza iniziale", " > 0"),
+    "rebound_height": _Q("length", f"height after, h, {_REBOUND}", " > 0"),
     "position": _Q("length", f"position, y, z, y position, position y, {_HEIGHT}"),
-    "drop": _Q("label", "drop, run, series, trial"),
+    "drop": _Q("label", "drop, run, series, trial, Versuch"),
 }
 """Quantities of one column."""
 
 SERIES: Mapping[str, MeasuredQuantity] = {
     "bounces": _Q("time", "bounce, stop"),
     "flights": _Q("time", "t", " > 0"),
-    "heights": _Q("length", "h, height, rebound, rebound height, bounce height, Höhe", " > 0"),
+    "heights": _Q("length", f"h, height, Höhe, hauteur, altura, altezza, {_REBOUND}", " > 0"),
 }
 """Quantities of several columns, of which each row has the values in succession: h0, h1, …"""
 

@@ -107,6 +107,29 @@ class Points:
         errors = abs(self.speed_errors) + abs(self.epsilon_errors)
         return bool((np.asarray((errors > 0).sum(axis=0)) <= 1).all())
 
+    def with_independent_errors(self) -> Points:
+        """Return these points with the same errors, and covariance of speed and eps, but none that two points share."""
+        from scipy import sparse
+
+        speed_variance, covariance, epsilon_variance = (
+            np.asarray(first.multiply(second).sum(axis=1))
+            for first, second in (
+                (self.speed_errors, self.speed_errors),
+                (self.speed_errors, self.epsilon_errors),
+                (self.epsilon_errors, self.epsilon_errors),
+            )
+        )
+        # Two errors of each point: the first one changes v by sigma_v and eps by cov/sigma_v, the other eps alone.
+        sigma_speed = np.sqrt(speed_variance)
+        shared = np.divide(covariance, sigma_speed, out=np.zeros(len(self)), where=sigma_speed > 0)
+        alone = np.sqrt(np.maximum(epsilon_variance - shared**2, 0.0))
+        diagonal, zero = sparse.diags_array, sparse.csr_array((len(self), len(self)))
+        return replace(
+            self,
+            speed_errors=sparse.hstack([diagonal(sigma_speed), zero], format="csr"),
+            epsilon_errors=sparse.hstack([diagonal(shared), diagonal(alone)], format="csr"),
+        )
+
     @classmethod
     def measured(
         cls,

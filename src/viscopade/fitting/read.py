@@ -260,13 +260,16 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
         return ValueError(f"{sheet.source}: there is no column {absent[0]!r}: {header}")
     if name:
         return ValueError(f"{sheet.source}: there is no column {name!r}: expected one, because an option names it")
-    # The first column whose header ends in a unit is suggested as a quantity of this unit, or else as a speed.
+    # The only column whose header ends in a unit is suggested as a quantity of this unit. One of several may be a row
+    # of rebounds: read alone, the releases of several drops would be the rebounds of one.
     units = {"time": "time", "length": "height", "speed": "speed"}
     pairs = product((cell.strip() for cell in sheet.header), units)
     suggested = [f"{units[dimension]}={cell!r}" for cell, dimension in pairs if forms.has_unit(cell, dimension)]
-    how = suggested[0] if suggested else f"speed={sheet.header[0].strip()[:40]!r}"
-    accepted = "names such as time (s); height (cm); or speed (m/s), epsilon"
-    text = f"the columns are {header}: expected {accepted}; or --column NAME=HEADER, such as --column {how}"
+    example = (suggested or [f"speed={sheet.header[0].strip()[:40]!r}"])[0]
+    how = f", such as --column {example}" if len(suggested) < 2 else ""
+    accepted = "names such as time (s); height (cm); speed (m/s), epsilon"
+    rows = "or H (cm), h1 (cm), h2 (cm) for a drop in a row"
+    text = f"the columns are {header}: expected {accepted}; {rows}; or --column NAME=HEADER{how}"
     return ValueError(f"{sheet.source}: {text}; --unit NAME=UNIT gives a unit")
 
 
@@ -827,9 +830,8 @@ def _points_of_heights(reader: _Reader) -> Points:
     for drop in drops:
         bounces.require_falling(drop.values, drop.labels, drop.sigma, advice)
     bounces.require_successive([drop.values for drop in drops])
-    # A column may lack a rebound, unless the names of columns say which ones they are: drops of several rebounds are
-    # split there.
-    chains = [k for k, drop in enumerate(drops) if reader.form.needed == ("height",) and len(drop.values) > 2]
+    # A rebound may be missing without a mark: drops of several rebounds are split there.
+    chains = [k for k, drop in enumerate(drops) if len(drop.values) > 2]
     unseen = bounces.unseen_rebounds([(drops[k].values, drops[k].sigma) for k in chains]) if chains else []
     reader.left_out += [(drops[k].labels[i], why) for k, seen in zip(chains, unseen, strict=True) for i, why in seen]
     for k, indices in reversed([*zip(chains, unseen, strict=True)]):

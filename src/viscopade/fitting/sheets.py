@@ -203,7 +203,7 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
     """Return the header among rows, each with its number, its cells, and whether it is a comment.
 
     `width` is the number of cells of a row of values, and `layout_of` gives the columns that are read below a row.
-    Without a recognised row, the header is the first row of this width that is no comment, for a message.
+    Without a recognised row, the header is that of this width with the most names that is no comment, for a message.
     """
 
     @cache
@@ -244,9 +244,11 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
             unrecognised.append(header)
     if ranked:
         return max(ranked, key=lambda candidate: candidate.rank).header
-    return next(
-        (candidate for candidate in unrecognised if len(candidate.names) == width),
-        unrecognised[0] if unrecognised else _Header(0, 1, [""], None),
+    # Rows of a spreadsheet all have its width: a title is a row with one name. Of equal rows, the first one.
+    return max(
+        unrecognised,
+        key=lambda candidate: (len(candidate.names) == width, sum(map(bool, map(str.strip, candidate.names)))),
+        default=_Header(0, 1, [""], None),
     )
 
 

@@ -113,13 +113,14 @@ def compare_laws(points: Points, laws: Sequence[Model] = (), *, robust: bool = F
 def outliers(points: Points) -> list[tuple[str, float]]:
     """Return labels of points far from any law, each with its distance in standard errors.
 
-    The law with a free exponent is fitted with errors of Student's t, to which outliers matter little; for bounces,
-    which share errors, they are Gaussian. Fewer than `_FEW` points and means of groups have no outliers.
+    The law with a free exponent is fitted with errors of Student's t, to which outliers matter little, and with a
+    scatter that is that of the other points. The errors of bounces are taken as independent, because Student's t is a
+    distribution of one error of each point. Fewer than `_FEW` points and means of groups have no outliers.
     """
     if len(points) < _FEW or points.counts is not None:
         return []
     model = next(model for model in MODELS if model.exponent is None)
-    fit = fit_law(points, model, robust=points.of_independent_errors)
+    fit = fit_law(points.with_independent_errors(), model, robust=True)
     # Residuals in standard errors, with the fitted scatter, which outliers hardly change
     deviations = fit.residuals / fit.standard_errors
     return [(points.labels[i], float(deviations[i])) for i in np.flatnonzero(np.abs(deviations) > _FAR).tolist()]
