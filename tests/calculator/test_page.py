@@ -294,7 +294,19 @@ def test_a_drop_and_its_rebound(tab):
     assert pair.epsilon(impact, gravity=9.81) == pytest.approx(0.7**0.5, abs=1e-6)
     assert shown(tab, "summary") == "eps = 0.83666 at 4.429447 m/s, with the weight"
     assert tab.evaluate("[speed.value, speed.disabled].join()") == "4.429447,true"
-    put(tab, by="epsilon")
+    assert "from the height" in shown(tab, "label-speed")
+    for text, height in {"10 cm": 0.1, "2": 2}.items():
+        put(tab, other=text)
+        again = pair.epsilon((2 * 9.81 * height) ** 0.5, gravity=9.81)
+        row = f"From {height:g} m it rebounds to"
+        assert value(tab, row) == pytest.approx(again, abs=1e-6)
+        words = f"{100 * height * again**2:.3g} cm ({100 * again**2:.3g} %), eps = {again:.4g}"
+        assert tab.evaluate(js(f"return row({row!r}).textContent")) == words
+    assert words.startswith("137 cm (68.3 %)")
+    put(tab, other="", damping="70 %", adhesion="1")
+    assert tab.evaluate(js("return row('eps with adhesion and weight')")) is None
+    assert value(tab, "eps with weight, if it falls") == pytest.approx(0.7**0.5, abs=1e-6)
+    put(tab, by="epsilon", adhesion="")
     assert value(tab, "eps") == pytest.approx(pair.epsilon(impact), rel=1e-6)
     put(tab, speed="1")
     assert value(tab, "eps") == pytest.approx(pair.epsilon(1), rel=1e-6)

@@ -20,9 +20,9 @@ function general(x, digits) {
   return `${short(mantissa)}e${sign}${String(Math.abs(exponent)).padStart(2, "0")}`;
 }
 
-// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.dimensions,
-// "", "beta" and "slowness". A decimal comma is read as a point, except in "1,000", which may mean 1000.
-function parseQuantity(field, label, text, dimension, system) {
+// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system, and % is a part of `whole`, if there is one.
+// Dimensions are those of FACTS.dimensions, "", "beta" and "slowness". A decimal comma is a point, but not in "1,000".
+function parseQuantity(field, label, text, dimension, system, whole) {
   const unit = unitOf(dimension, system);
   const typed = text.trim();
   if (/^[+-]?[1-9]\d{0,2},\d{3}(?![\d.,])/.test(typed))
@@ -31,7 +31,7 @@ function parseQuantity(field, label, text, dimension, system) {
   const plain = typed.replace(/\u2212/g, "-").replace(/(\d) ?[*\u00d7\u00b7x] ?10(?:\^|\*\*)([+-]?\d{1,3})/, "$1e$2");
   const match = /^([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d{1,3})?)\s*([a-z\u00b5\u03bc(%].*)?$/i.exec(plain);
   if (!match) refuse(field, `${label} is "${typed}": expected ${unit ? `a number, in ${unit} unless it has a unit` : "a number"}`);
-  const factor = factorOf(dimension, match[2] ?? unit);
+  const factor = match[2] === "%" && whole ? whole / 100 : factorOf(dimension, match[2] ?? unit);
   if (factor === undefined)
     refuse(field, `${label} has the unit "${match[2]}": expected ${dimension ? `a unit such as ${(FACTS.dimensions[dimension] ?? [unit]).join(" or ")}` : "none, or %"}`);
   return Number(match[1].replace(",", ".")) * factor;
@@ -219,7 +219,7 @@ function fallOf(law, end, kappa, gravity, time, speed) {
     return [kappa * ratio ** law.power, ((gravity * time) / speed) * ratio ** ((-2 * law.a) / (law.a + 1))];
   };
   const epsilonAt = (v) => withLoad(law, end, ...at(v));
-  const found = { share: (gravity * time * law.contactTime) / speed, epsilon: epsilonAt(speed), sticking: null };
+  const found = { share: (gravity * time * law.contactTime) / speed, epsilon: epsilonAt(speed), sticking: null, epsilonAt };
   if (!kappa || !gravity || found.epsilon === null) return found;
   return { ...found, sticking: stickingSpeed(epsilonAt, speed, 40) };
 }
@@ -496,14 +496,12 @@ function hardLine(program, answer, input) {
     ? first.poisson
     : 1 - 1 / (pair.share / (1 - first.poisson) + (1 - pair.share) / (1 - second.poisson));
   const numbers = {
+    ...first,
     E: 2 * (1 - nu) * (1 + nu) * pair.modulus,
     eta_n0: 2 * answer.A * (pair.modulus / pair.mass),
     nu,
     E_eff: pair.modulus,
     A: answer.A,
-    density: first.density,
-    young: first.young,
-    poisson: first.poisson,
     speed: input.speed,
     en: approximant({ a: FACTS.printedPade[0], b: FACTS.printedPade[1] }, answer.vStar),
   };
