@@ -137,19 +137,24 @@ function course(law, end, kappa) {
   return { compression, duration: compression * interpolated(table, 2, s) };
 }
 
+// The end of an interval towards the place from which on a test holds, after a number of halvings.
+function bisected(low, high, holds, halvings) {
+  for (let i = 0; i < halvings; i += 1) {
+    const middle = (low + high) / 2;
+    if (holds(middle)) high = middle;
+    else low = middle;
+  }
+  return high;
+}
+
 // The kappa that gives eps, or null if the table has none: by bisection of the rising log-odds.
 function kappaFrom(law, end, epsilon) {
   if (epsilon === 1) return 0;
   const table = tableOf(law, end);
   const wanted = Math.log1p(-epsilon) - Math.log(epsilon);
-  let [low, high] = [-400, table.largest === null ? 400 : Math.log(table.largest)];
+  const [low, high] = [-400, table.largest === null ? 400 : Math.log(table.largest)];
   if (logOdds(table, high) < wanted) return null;
-  for (let i = 0; i < 80; i += 1) {
-    const middle = (low + high) / 2;
-    if (logOdds(table, middle) < wanted) low = middle;
-    else high = middle;
-  }
-  return Math.exp((low + high) / 2);
+  return Math.exp(bisected(low, high, (s) => logOdds(table, s) >= wanted, 80));
 }
 
 // --- weight ------------------------------------------------------------------------------------------------------
@@ -168,15 +173,7 @@ function motion(rates, state, over, stepOf, stays) {
     const h = stepOf(state);
     const next = step(state, h);
     if (!Number.isFinite(next[1]) || next[0] > 1e4) return undefined;
-    if (over(next)) {
-      let [low, high] = [0, h];
-      for (let k = 0; k < 40; k += 1) {
-        const middle = (low + high) / 2;
-        if (over(step(state, middle))) high = middle;
-        else low = middle;
-      }
-      return step(state, high);
-    }
+    if (over(next)) return step(state, bisected(0, h, (part) => over(step(state, part)), 40));
     if ((state[1] < 0 && next[1] >= 0) || stays(next)) return null;
     state = next;
   }
@@ -204,12 +201,7 @@ function stickingSpeed(epsilonAt, speed, steps) {
   for (let i = 0; i < steps && epsilonAt(low) > 0; i += 1) [low, high] = [low / 4, low];
   for (let i = 0; i < steps && !(epsilonAt(high) > 0); i += 1) [low, high] = [high, high * 4];
   if (epsilonAt(low) !== 0 || !(epsilonAt(high) > 0)) return null;
-  for (let i = 0; i < 14; i += 1) {
-    const middle = Math.sqrt(low * high);
-    if (epsilonAt(middle) > 0) high = middle;
-    else low = middle;
-  }
-  return high;
+  return Math.exp(bisected(Math.log(low), Math.log(high), (s) => epsilonAt(Math.exp(s)) > 0, 14));
 }
 
 // What weight does to a body that falls on a wall: g t_c/v, eps, and the speed below which it stays down (null: none).
@@ -227,16 +219,11 @@ function fallOf(law, end, kappa, gravity, time, speed) {
 // The kappa with which a body that falls rebounds with eps, its weight included; null if there is none. G is a function
 // of kappa.
 function kappaOfDrop(law, end, epsilon, G) {
-  let [low, high] = [1e-9, 1e3].map(Math.log);
+  const [low, high] = [1e-9, 1e3].map(Math.log);
   // Where the damping is too strong for the steps (null), eps is certainly smaller.
   const isAbove = (s) => (withLoad(law, end, Math.exp(s), G(Math.exp(s))) ?? 0) > epsilon;
   if (!isAbove(low) || isAbove(high)) return null;
-  for (let i = 0; i < 50; i += 1) {
-    const middle = (low + high) / 2;
-    if (isAbove(middle)) low = middle;
-    else high = middle;
-  }
-  return Math.exp((low + high) / 2);
+  return Math.exp(bisected(low, high, (s) => !isAbove(s), 50));
 }
 
 // --- adhesion ----------------------------------------------------------------------------------------------------
@@ -443,10 +430,10 @@ function stepWarning(program, answer) {
   const steps = answer.contactTime / program.step;
   if (!(steps < fine)) return "";
   const step = timeText(program.step);
-  const whose = `Warning: ${program.title}'s default step of ${step} is ${general(1 / steps, 2)} contacts long`;
+  const whose = `Warning: with ${program.title}'s default step of ${step} a contact lasts ${general(steps, 2)} steps`;
   if (!program.law) return `${whose}: write a step of ${timeText(Number(general(answer.contactTime / fine, 2)))}.`;
   if (steps < fewest) return `${whose}; --contact-time "${timeText(chosen * program.step)}" makes a contact that it resolves.`;
-  return `${whose}; --time-step "${step}" adapts the damping.`;
+  return `${whose}, and the line is not exact: the command adapts the damping (--time-step).`;
 }
 
 // A time in s with a prefix, as the command line takes it.
@@ -459,8 +446,13 @@ const isWall = (pair) => pair.second.radius === Infinity;
 const isAlike = ({ first, second }) =>
   first.young === second.young && first.poisson === second.poisson && (second.radius === Infinity || first.density === second.density);
 
+// With a law of its own, a program has its own loss by weight and by time steps: the command has both.
 function simulatorCommand(program, answer, input) {
   const { pair } = answer;
+  const steps = answer.contactTime / program.step;
+  const gravity = program.law && answer.fall ? ` --gravity ${general(input.gravity, 15)}` : "";
+  const isAdapted = program.law && steps >= FACTS.steps.fewest && steps < FACTS.steps.fine;
+  const further = gravity + (isAdapted ? ` --time-step ${program.step}` : "");
   const paper = isPaper(answer.law, input.end);
   const words = [`viscopade simulators ${program.name}`];
   const number = (x, digits = 12) => general(x, digits);
@@ -473,13 +465,14 @@ function simulatorCommand(program, answer, input) {
     words.push(`--density ${number(pair.first.density, 15)} --young-modulus ${number(pair.first.young, 15)}`);
     words.push(`--poisson-ratio ${number(pair.first.poisson, 15)}`);
     if (input.strength) words.push(`--yield-strength ${number(input.strength, 15)}`);
-    return { command: words.join(" ") };
+    return { command: words.join(" ") + further };
   }
   if (!program.law) return { command: null, scene: Boolean(pair && paper) };
-  words.push(`--epsilon ${number(answer.epsilon, 7)} --speed ${number(input.speed, 15)}`);
+  const epsilon = input.by === "drop" ? Math.sqrt(input.damping / input.height) : answer.epsilon;
+  words.push(`--epsilon ${number(epsilon, 7)} --speed ${number(input.speed, 15)}`);
   if (answer.contactTime !== undefined) words.push(`--contact-time ${number(answer.contactTime, 9)}`);
   else if (program.name === "mujoco") words.push("--contact-time TIME");
-  return { command: words.join(" ") };
+  return { command: words.join(" ") + further };
 }
 
 function hardLine(program, answer, input) {

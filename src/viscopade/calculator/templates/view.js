@@ -68,6 +68,7 @@ function ways(law) {
   return found;
 }
 
+const programNow = () => FACTS.programs.find(({ name }) => name === $("program").value);
 const wayNow = () => ways(lawOf($("law").value))[$("by").value];
 const dimensionOf = (id) => (id === "damping" ? wayNow()[2] : FIELDS[id][1]);
 const shownUnit = (dimension) => (dimension ? ` (${unitOf(dimension, $("system").value)})` : "");
@@ -99,7 +100,9 @@ function read() {
   const by = $("by").value;
   const found = { law: $("law").value, end: $("end").value, by, system: $("system").value };
   if (by !== "drop") found.speed = positive("speed");
-  if (by === "epsilon") found.damping = number("damping", "a number > 0 and <= 1, from 1e-9 on", (x) => x >= 1e-9 && x <= 1);
+  // Two digits before the point are percent.
+  const percent = /^\d\d([.,]\d*)?$/.test($("damping").value.trim()) ? `, such as ${$("damping").value.trim()} %` : "";
+  if (by === "epsilon") found.damping = number("damping", `a number > 0 and <= 1, from 1e-9 on${percent}`, (x) => x >= 1e-9 && x <= 1);
   else if (by !== "drop") found.damping = number("damping", "a number >= 0, up to 1e20 in SI units", (x) => x >= 0 && x <= 1e20);
   found.at = by === "epsilon" ? positive("at") : null;
   found.bodies = bodies();
@@ -165,11 +168,11 @@ function rows() {
     [input.by === "drop" ? "eps, without weight" : "eps", general(answer.epsilon, DIGITS), answer.epsilon],
     ["Speed after the collision", quantityText(answer.rebound, "speed")],
   ];
-  const { fall } = answer;
+  const [{ fall }, program] = [answer, programNow()];
   const without = fall ? ", without weight" : "";
   if (answer.contactTime !== undefined) {
-    found.push([`Contact time${without}`, quantityText(answer.contactTime, "time"), answer.contactTime]);
-    found.push([`Largest overlap${without}`, quantityText(answer.compression, "length") + (answer.overlap === undefined ? "" : `, ${general(100 * answer.overlap, 4)} % of the radius`), answer.compression]);
+    found.push([`Contact time${without}`, quantityText(answer.contactTime, "time", 4), answer.contactTime]);
+    found.push([`Largest overlap${without}`, quantityText(answer.compression, "length", 4) + (answer.overlap === undefined ? "" : `, ${general(100 * answer.overlap, 4)} % of the radius`), answer.compression]);
   } else if (scaled) {
     const power = (x) => general(x, 4);
     const k = "(k/m)";
@@ -182,8 +185,13 @@ function rows() {
     found.push(["Contact time", "out of range of this page: use viscopade epsilon"]);
   }
   if (fall) {
-    found.push(["eps with weight, if it falls", epsilonText(fall.epsilon, "it stays down"), fall.epsilon]);
     more.push(["g t_c / v", general(fall.share, 3), fall.share]);
+  }
+  // A program with its own law also has its own eps with weight.
+  if (fall && program.law) {
+    found.push(["eps with weight, if it falls", `in the file for ${program.title}, by the command below`]);
+  } else if (fall) {
+    found.push(["eps with weight, if it falls", epsilonText(fall.epsilon, "it stays down"), fall.epsilon]);
     if (input.other) {
       const again = fall.epsilonAt(Math.sqrt(2 * input.gravity * input.other));
       const height = again ? `${general(100 * again ** 2 * input.other, 3)} cm (${general(100 * again ** 2, 3)} %), eps = ` : "";
@@ -200,7 +208,7 @@ function rows() {
   if (paper) more.push(["v*", general(answer.vStar, DIGITS)]);
   more.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
   if (answer.beta !== undefined) more.push(["beta", quantityText(answer.beta, "beta"), answer.beta]);
-  if (answer.A !== undefined) more.push(["A of the pair", quantityText(answer.A, "time"), answer.A]);
+  if (answer.A !== undefined) more.push(["A of the pair", quantityText(answer.A, "time", 4), answer.A]);
   if (answer.own !== undefined) more.push([law.symbol, quantityText(answer.own, law.power ? "slowness" : "")]);
   return { numbers: found, "more-numbers": more };
 }
@@ -267,11 +275,14 @@ function show() {
 function showProgram() {
   const { line, reason, warning, step, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
-  // A program with its own law also has its own eps with the weight.
-  const program = FACTS.programs.find(({ name }) => name === $("program").value);
-  const falling = line && answer.fall && program.law
-    ? `The line gives eps without weight. With weight, ${program.title}'s eps is not that of this page: the command prints it, and with --gravity ${general(input.gravity, DIGITS)} writes a line for it.` : "";
-  $("reason").textContent = reason || [warning, step, falling, "In SI units:"].filter(Boolean).join(" ");
+  const program = programNow();
+  const ofLaw = [
+    answer.fall && "The line gives eps without weight: the command writes one with it (--gravity).",
+    !program.texts.any?.includes("{stiffness}") && "The line sets no stiffness: the command does, from the bodies or with --mass.",
+    answer.pair && 'To give a contact time instead of the bodies, clear "Bodies are known".',
+  ];
+  const notes = [warning, step, ...(line && program.law ? ofLaw : []), "In SI units:"];
+  $("reason").textContent = reason || notes.filter(Boolean).join(" ");
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
   $("by-scene").classList.toggle("hidden", !scene);
