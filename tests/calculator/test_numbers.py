@@ -374,7 +374,7 @@ def test_lines_for_simulators_have_the_numbers_of_their_files(run, kind):
     [
         ("mujoco", 0.01, 2e-3, "MuJoCo's default step of 2 ms", '; --contact-time "40 ms" makes a contact'),
         ("drake", 0.01, 1e-3, "Drake's default step of 1 ms", '; --contact-time "20 ms" makes a contact'),
-        ("mujoco", 10, 2e-3, "MuJoCo's default step of 2 ms", ', and the line is not exact: the command adapts'),
+        ("mujoco", 10, 2e-3, "MuJoCo's default step of 2 ms", ", and the line is not exact: the command adapts"),
         ("lammps", 1e-6, 1e-8, "LAMMPS's default step of 10 ns", ": write a step of "),
         ("mujoco", 1000, None, "", ""),
         ("lammps", 0.01, None, "", ""),

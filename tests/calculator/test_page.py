@@ -325,8 +325,9 @@ def test_a_contact_time_stands_for_the_bodies(tab):
     """A law without Hertz's force has no bodies: a contact time gives MuJoCo's line, and eps with the weight."""
     put(tab, law="linear", contact="40 ms", damping="0.5", speed="1", program="mujoco")
     assert tab.evaluate("document.getElementById('radius').offsetParent") is None
-    # MuJoCo has its own eps with weight: the law's is hidden, and the command writes a file for it and for the time step.
-    assert tab.evaluate(js("return row('eps with weight, if it falls').textContent")).startswith("in the file for MuJoCo")
+    # MuJoCo has its own eps with weight: the law's is hidden, and the command writes a file for it and the time step.
+    heavy = tab.evaluate(js("return row('eps with weight, if it falls').textContent"))
+    assert heavy.startswith("in the file for MuJoCo")
     assert tab.evaluate(js("return row('Stays down below')")) is None
     assert "a contact lasts 20 steps" in shown(tab, "reason")
     command = shown(tab, "simulator")
