@@ -161,15 +161,13 @@ const epsilonText = (epsilon, zero, digits = 6) => (epsilon === null ? "out of r
 
 // The rows of the first table, and those of the folded one.
 function rows() {
-  const { law, scaled } = answer;
-  const paper = law === FACTS.laws[0];
+  const { law, scaled, fall } = answer;
+  const [paper, program, without] = [law === FACTS.laws[0], programNow(), fall ? ", without weight" : ""];
   const more = [["1 - eps", general(answer.loss, DIGITS), answer.loss]];
   const found = [
     [input.by === "drop" ? "eps, without weight" : "eps", general(answer.epsilon, DIGITS), answer.epsilon],
-    ["Speed after the collision", quantityText(answer.rebound, "speed")],
+    [`Speed after the collision${without}`, quantityText(answer.rebound, "speed")],
   ];
-  const [{ fall }, program] = [answer, programNow()];
-  const without = fall ? ", without weight" : "";
   if (answer.contactTime !== undefined) {
     found.push([`Contact time${without}`, quantityText(answer.contactTime, "time", 4), answer.contactTime]);
     found.push([`Largest overlap${without}`, quantityText(answer.compression, "length", 4) + (answer.overlap === undefined ? "" : `, ${general(100 * answer.overlap, 4)} % of the radius`), answer.compression]);
@@ -219,7 +217,7 @@ const SMALL_SHARE = 0.01; // of g t_c/v: below, weight changes the loss of energ
 function explanation() {
   const { power } = answer.law;
   const bodies = input.bodies ? " The bodies give the contact time and the overlap, not eps."
-    : answer.fall ? " With weight, eps is that of the law: a program may give another eps." : "";
+    : answer.fall && !programNow().law ? " With weight, eps is that of the law: a program may give another eps." : "";
   const shares = { "-1": "a smaller share", 0: "the same share", 1: "a larger share" };
   if (input.by === "drop") {
     const [from, to] = [input.height, input.damping].map((height) => quantityText(height, "length"));
