@@ -294,7 +294,21 @@ def test_a_drop_and_its_rebound(tab):
     assert pair.epsilon(impact, gravity=9.81) == pytest.approx(0.7**0.5, abs=1e-6)
     assert shown(tab, "summary") == "eps = 0.83666 at 4.429447 m/s, with the weight"
     assert tab.evaluate("[speed.value, speed.disabled].join()") == "4.429447,true"
-    put(tab, by="epsilon")
+    assert "from the height" in shown(tab, "label-speed")
+    time = value(tab, "Contact time, without weight")
+    assert tab.evaluate(js("return row('Contact time, without weight').textContent")) == f"{time:.4g} s"
+    for text, height in {"10 cm": 0.1, "2": 2}.items():
+        put(tab, other=text)
+        again = pair.epsilon((2 * 9.81 * height) ** 0.5, gravity=9.81)
+        row = f"From {height:g} m it rebounds to"
+        assert value(tab, row) == pytest.approx(again, abs=1e-6)
+        words = f"{100 * height * again**2:.3g} cm ({100 * again**2:.3g} %), eps = {again:.4g}"
+        assert tab.evaluate(js(f"return row({row!r}).textContent")) == words
+    assert words.startswith("137 cm (68.3 %)")
+    put(tab, other="", damping="70 %", adhesion="1")
+    assert tab.evaluate(js("return row('eps with adhesion and weight')")) is None
+    assert value(tab, "eps with weight, if it falls") == pytest.approx(0.7**0.5, abs=1e-6)
+    put(tab, by="epsilon", adhesion="")
     assert value(tab, "eps") == pytest.approx(pair.epsilon(impact), rel=1e-6)
     put(tab, speed="1")
     assert value(tab, "eps") == pytest.approx(pair.epsilon(1), rel=1e-6)
@@ -311,10 +325,21 @@ def test_a_contact_time_stands_for_the_bodies(tab):
     """A law without Hertz's force has no bodies: a contact time gives MuJoCo's line, and eps with the weight."""
     put(tab, law="linear", contact="40 ms", damping="0.5", speed="1", program="mujoco")
     assert tab.evaluate("document.getElementById('radius').offsetParent") is None
+    # MuJoCo has its own eps with weight: the law's is hidden, and the command writes a file for it and the time step.
+    heavy = tab.evaluate(js("return row('eps with weight, if it falls').textContent"))
+    assert heavy.startswith("in the file for MuJoCo")
+    assert tab.evaluate(js("return row('Stays down below')")) is None
+    assert "a contact lasts 20 steps" in shown(tab, "reason")
+    command = shown(tab, "simulator")
+    assert command.endswith("--speed 1 --contact-time 0.04 --gravity 9.81 --time-step 0.002")
+    assert "at 1 m/s rebounds with eps = 0.5000 (mean" in called(*command.split()[1:]).stdout
     solref = re.search(r'solref="(\S+) (\S+)"', shown(tab, "line")).groups()
     command = ("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time", "40 ms")
     file = re.search(r'solref="(\S+) (\S+)"', called(*command).stdout).groups()
     assert [*map(float, solref)] == pytest.approx([*map(float, file)], rel=1e-7)
+    put(tab, program="drake")
+    assert "The line sets no stiffness" in shown(tab, "reason")
+    put(tab, program="lammps")
     # The same contact on the command line, by its stiffness and mass.
     stiffness = -float(file[0])
     options = ("--law", "linear", "--stiffness", repr(stiffness), "--mass", "1", "--speed", "1", "--gravity", "9.81")
@@ -322,9 +347,27 @@ def test_a_contact_time_stands_for_the_bodies(tab):
     heavy = json.loads(called("epsilon", *options, "--damping", kappa, "--format", "json").stdout)
     assert value(tab, "eps with weight, if it falls") == pytest.approx(float(heavy["epsilon"]), abs=1e-6)
     assert tab.evaluate(js("return row('Stays down below').textContent")).endswith(" m/s")
-    assert "with --gravity 9.81 writes a line for it" in shown(tab, "reason")
     put(tab, by="drop", height="20 cm", damping="5 cm")
     assert value(tab, "eps with weight, if it falls") == pytest.approx(0.5, abs=1e-6)
+    put(tab, program="mujoco")
+    assert "--epsilon 0.5 " in shown(tab, "simulator")
+
+
+def test_a_program_says_where_a_contact_time_is_typed(tab):
+    put(tab, program="mujoco")
+    assert 'To give a contact time instead of the bodies, clear "Bodies are known"' in shown(tab, "reason")
+    put(tab, bodies=False, contact="31 ms")
+    assert "Bodies" not in shown(tab, "reason")
+    assert "solref" in shown(tab, "line")
+
+
+def test_eps_in_percent_without_its_sign(tab):
+    put(tab, damping="83.67")
+    assert shown(tab, "problem").endswith("expected a number > 0 and <= 1, from 1e-9 on, such as 83.67 %")
+    put(tab, damping="1.5")
+    assert "%" not in shown(tab, "problem")
+    put(tab, damping="83.67 %")
+    assert shown(tab, "problem") == ""
 
 
 def test_a_law_begins_with_the_contact_time_of_the_spheres(tab):

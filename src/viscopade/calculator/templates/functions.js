@@ -20,9 +20,9 @@ function general(x, digits) {
   return `${short(mantissa)}e${sign}${String(Math.abs(exponent)).padStart(2, "0")}`;
 }
 
-// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.dimensions,
-// "", "beta" and "slowness". A decimal comma is read as a point, except in "1,000", which may mean 1000.
-function parseQuantity(field, label, text, dimension, system) {
+// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system, and % is a part of `whole`, if there is one.
+// Dimensions are those of FACTS.dimensions, "", "beta" and "slowness". A decimal comma is a point, but not in "1,000".
+function parseQuantity(field, label, text, dimension, system, whole) {
   const unit = unitOf(dimension, system);
   const typed = text.trim();
   if (/^[+-]?[1-9]\d{0,2},\d{3}(?![\d.,])/.test(typed))
@@ -31,7 +31,7 @@ function parseQuantity(field, label, text, dimension, system) {
   const plain = typed.replace(/\u2212/g, "-").replace(/(\d) ?[*\u00d7\u00b7x] ?10(?:\^|\*\*)([+-]?\d{1,3})/, "$1e$2");
   const match = /^([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d{1,3})?)\s*([a-z\u00b5\u03bc(%].*)?$/i.exec(plain);
   if (!match) refuse(field, `${label} is "${typed}": expected ${unit ? `a number, in ${unit} unless it has a unit` : "a number"}`);
-  const factor = factorOf(dimension, match[2] ?? unit);
+  const factor = match[2] === "%" && whole ? whole / 100 : factorOf(dimension, match[2] ?? unit);
   if (factor === undefined)
     refuse(field, `${label} has the unit "${match[2]}": expected ${dimension ? `a unit such as ${(FACTS.dimensions[dimension] ?? [unit]).join(" or ")}` : "none, or %"}`);
   return Number(match[1].replace(",", ".")) * factor;
@@ -137,19 +137,24 @@ function course(law, end, kappa) {
   return { compression, duration: compression * interpolated(table, 2, s) };
 }
 
+// The end of an interval towards the place from which on a test holds, after a number of halvings.
+function bisected(low, high, holds, halvings) {
+  for (let i = 0; i < halvings; i += 1) {
+    const middle = (low + high) / 2;
+    if (holds(middle)) high = middle;
+    else low = middle;
+  }
+  return high;
+}
+
 // The kappa that gives eps, or null if the table has none: by bisection of the rising log-odds.
 function kappaFrom(law, end, epsilon) {
   if (epsilon === 1) return 0;
   const table = tableOf(law, end);
   const wanted = Math.log1p(-epsilon) - Math.log(epsilon);
-  let [low, high] = [-400, table.largest === null ? 400 : Math.log(table.largest)];
+  const [low, high] = [-400, table.largest === null ? 400 : Math.log(table.largest)];
   if (logOdds(table, high) < wanted) return null;
-  for (let i = 0; i < 80; i += 1) {
-    const middle = (low + high) / 2;
-    if (logOdds(table, middle) < wanted) low = middle;
-    else high = middle;
-  }
-  return Math.exp((low + high) / 2);
+  return Math.exp(bisected(low, high, (s) => logOdds(table, s) >= wanted, 80));
 }
 
 // --- weight ------------------------------------------------------------------------------------------------------
@@ -168,15 +173,7 @@ function motion(rates, state, over, stepOf, stays) {
     const h = stepOf(state);
     const next = step(state, h);
     if (!Number.isFinite(next[1]) || next[0] > 1e4) return undefined;
-    if (over(next)) {
-      let [low, high] = [0, h];
-      for (let k = 0; k < 40; k += 1) {
-        const middle = (low + high) / 2;
-        if (over(step(state, middle))) high = middle;
-        else low = middle;
-      }
-      return step(state, high);
-    }
+    if (over(next)) return step(state, bisected(0, h, (part) => over(step(state, part)), 40));
     if ((state[1] < 0 && next[1] >= 0) || stays(next)) return null;
     state = next;
   }
@@ -204,12 +201,7 @@ function stickingSpeed(epsilonAt, speed, steps) {
   for (let i = 0; i < steps && epsilonAt(low) > 0; i += 1) [low, high] = [low / 4, low];
   for (let i = 0; i < steps && !(epsilonAt(high) > 0); i += 1) [low, high] = [high, high * 4];
   if (epsilonAt(low) !== 0 || !(epsilonAt(high) > 0)) return null;
-  for (let i = 0; i < 14; i += 1) {
-    const middle = Math.sqrt(low * high);
-    if (epsilonAt(middle) > 0) high = middle;
-    else low = middle;
-  }
-  return high;
+  return Math.exp(bisected(Math.log(low), Math.log(high), (s) => epsilonAt(Math.exp(s)) > 0, 14));
 }
 
 // What weight does to a body that falls on a wall: g t_c/v, eps, and the speed below which it stays down (null: none).
@@ -219,7 +211,7 @@ function fallOf(law, end, kappa, gravity, time, speed) {
     return [kappa * ratio ** law.power, ((gravity * time) / speed) * ratio ** ((-2 * law.a) / (law.a + 1))];
   };
   const epsilonAt = (v) => withLoad(law, end, ...at(v));
-  const found = { share: (gravity * time * law.contactTime) / speed, epsilon: epsilonAt(speed), sticking: null };
+  const found = { share: (gravity * time * law.contactTime) / speed, epsilon: epsilonAt(speed), sticking: null, epsilonAt };
   if (!kappa || !gravity || found.epsilon === null) return found;
   return { ...found, sticking: stickingSpeed(epsilonAt, speed, 40) };
 }
@@ -227,16 +219,11 @@ function fallOf(law, end, kappa, gravity, time, speed) {
 // The kappa with which a body that falls rebounds with eps, its weight included; null if there is none. G is a function
 // of kappa.
 function kappaOfDrop(law, end, epsilon, G) {
-  let [low, high] = [1e-9, 1e3].map(Math.log);
+  const [low, high] = [1e-9, 1e3].map(Math.log);
   // Where the damping is too strong for the steps (null), eps is certainly smaller.
   const isAbove = (s) => (withLoad(law, end, Math.exp(s), G(Math.exp(s))) ?? 0) > epsilon;
   if (!isAbove(low) || isAbove(high)) return null;
-  for (let i = 0; i < 50; i += 1) {
-    const middle = (low + high) / 2;
-    if (isAbove(middle)) low = middle;
-    else high = middle;
-  }
-  return Math.exp((low + high) / 2);
+  return Math.exp(bisected(low, high, (s) => !isAbove(s), 50));
 }
 
 // --- adhesion ----------------------------------------------------------------------------------------------------
@@ -443,10 +430,10 @@ function stepWarning(program, answer) {
   const steps = answer.contactTime / program.step;
   if (!(steps < fine)) return "";
   const step = timeText(program.step);
-  const whose = `Warning: ${program.title}'s default step of ${step} is ${general(1 / steps, 2)} contacts long`;
+  const whose = `Warning: with ${program.title}'s default step of ${step} a contact lasts ${general(steps, 2)} steps`;
   if (!program.law) return `${whose}: write a step of ${timeText(Number(general(answer.contactTime / fine, 2)))}.`;
   if (steps < fewest) return `${whose}; --contact-time "${timeText(chosen * program.step)}" makes a contact that it resolves.`;
-  return `${whose}; --time-step "${step}" adapts the damping.`;
+  return `${whose}, and the line is not exact: the command adapts the damping (--time-step).`;
 }
 
 // A time in s with a prefix, as the command line takes it.
@@ -459,8 +446,13 @@ const isWall = (pair) => pair.second.radius === Infinity;
 const isAlike = ({ first, second }) =>
   first.young === second.young && first.poisson === second.poisson && (second.radius === Infinity || first.density === second.density);
 
+// With a law of its own, a program has its own loss by weight and by time steps: the command has both.
 function simulatorCommand(program, answer, input) {
   const { pair } = answer;
+  const steps = answer.contactTime / program.step;
+  const gravity = program.law && answer.fall ? ` --gravity ${general(input.gravity, 15)}` : "";
+  const isAdapted = program.law && steps >= FACTS.steps.fewest && steps < FACTS.steps.fine;
+  const further = gravity + (isAdapted ? ` --time-step ${program.step}` : "");
   const paper = isPaper(answer.law, input.end);
   const words = [`viscopade simulators ${program.name}`];
   const number = (x, digits = 12) => general(x, digits);
@@ -473,13 +465,14 @@ function simulatorCommand(program, answer, input) {
     words.push(`--density ${number(pair.first.density, 15)} --young-modulus ${number(pair.first.young, 15)}`);
     words.push(`--poisson-ratio ${number(pair.first.poisson, 15)}`);
     if (input.strength) words.push(`--yield-strength ${number(input.strength, 15)}`);
-    return { command: words.join(" ") };
+    return { command: words.join(" ") + further };
   }
   if (!program.law) return { command: null, scene: Boolean(pair && paper) };
-  words.push(`--epsilon ${number(answer.epsilon, 7)} --speed ${number(input.speed, 15)}`);
+  const epsilon = input.by === "drop" ? Math.sqrt(input.damping / input.height) : answer.epsilon;
+  words.push(`--epsilon ${number(epsilon, 7)} --speed ${number(input.speed, 15)}`);
   if (answer.contactTime !== undefined) words.push(`--contact-time ${number(answer.contactTime, 9)}`);
   else if (program.name === "mujoco") words.push("--contact-time TIME");
-  return { command: words.join(" ") };
+  return { command: words.join(" ") + further };
 }
 
 function hardLine(program, answer, input) {
@@ -496,14 +489,12 @@ function hardLine(program, answer, input) {
     ? first.poisson
     : 1 - 1 / (pair.share / (1 - first.poisson) + (1 - pair.share) / (1 - second.poisson));
   const numbers = {
+    ...first,
     E: 2 * (1 - nu) * (1 + nu) * pair.modulus,
     eta_n0: 2 * answer.A * (pair.modulus / pair.mass),
     nu,
     E_eff: pair.modulus,
     A: answer.A,
-    density: first.density,
-    young: first.young,
-    poisson: first.poisson,
     speed: input.speed,
     en: approximant({ a: FACTS.printedPade[0], b: FACTS.printedPade[1] }, answer.vStar),
   };

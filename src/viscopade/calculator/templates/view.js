@@ -2,13 +2,14 @@
 
 const $ = (id) => document.getElementById(id);
 const STATE = [
-  ...["law", "end", "system", "speed", "by", "damping", "at", "height", "contact", "bodies", "radius", "density", "young", "poisson"],
+  ...["law", "end", "system", "speed", "by", "damping", "at", "height", "other", "contact", "bodies", "radius", "density", "young", "poisson"],
   ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "adhesion", "from", "to", "logarithmic", "vertical", "program"],
 ];
 const FIELDS = {
   speed: ["impact speed", "speed"],
   at: ["the speed of eps", "speed"],
   height: ["the drop height", "length"],
+  other: ["the other height", "length"],
   contact: ["the contact time", "time"],
   radius: ["radius", "length"],
   density: ["density", "density"],
@@ -67,13 +68,14 @@ function ways(law) {
   return found;
 }
 
+const programNow = () => FACTS.programs.find(({ name }) => name === $("program").value);
 const wayNow = () => ways(lawOf($("law").value))[$("by").value];
 const dimensionOf = (id) => (id === "damping" ? wayNow()[2] : FIELDS[id][1]);
 const shownUnit = (dimension) => (dimension ? ` (${unitOf(dimension, $("system").value)})` : "");
 
-function number(id, accepted, test) {
+function number(id, accepted, test, whole) {
   const label = id === "damping" ? wayNow()[1] : FIELDS[id][0];
-  const x = parseQuantity(id, label, $(id).value, dimensionOf(id), $("system").value);
+  const x = parseQuantity(id, label, $(id).value, dimensionOf(id), $("system").value, whole);
   if (!test(x)) refuse(id, `${label} is ${$(id).value.trim()}: expected ${accepted}`);
   return x;
 }
@@ -98,7 +100,9 @@ function read() {
   const by = $("by").value;
   const found = { law: $("law").value, end: $("end").value, by, system: $("system").value };
   if (by !== "drop") found.speed = positive("speed");
-  if (by === "epsilon") found.damping = number("damping", "a number > 0 and <= 1, from 1e-9 on", (x) => x >= 1e-9 && x <= 1);
+  // Two digits before the point are percent.
+  const percent = /^\d\d([.,]\d*)?$/.test($("damping").value.trim()) ? `, such as ${$("damping").value.trim()} %` : "";
+  if (by === "epsilon") found.damping = number("damping", `a number > 0 and <= 1, from 1e-9 on${percent}`, (x) => x >= 1e-9 && x <= 1);
   else if (by !== "drop") found.damping = number("damping", "a number >= 0, up to 1e20 in SI units", (x) => x >= 0 && x <= 1e20);
   found.at = by === "epsilon" ? positive("at") : null;
   found.bodies = bodies();
@@ -113,11 +117,12 @@ function read() {
     if (!(found.gravity > 0)) refuse("gravity", "a drop needs a wall and gravity: expected a ball on a wall, with gravity > 0");
     if (!found.bodies && !found.contactTime) refuse("contact", "a drop needs a contact time, as the weight acts during the contact: expected a time > 0");
     found.height = positive("height");
-    found.damping = number("damping", `a height > 0 and below ${$("height").value.trim()}, from which the ball falls`, (x) => x >= 1e-18 * found.height && x < found.height);
+    found.damping = number("damping", `a height > 0 and below ${$("height").value.trim()}, from which the ball falls`, (x) => x >= 1e-18 * found.height && x < found.height, found.height);
+    found.other = filledIn("other") ? positive("other") : null;
     found.speed = Math.sqrt(2 * found.gravity * found.height);
     $("speed").value = general(inUnit(found.speed, "speed", found.system), DIGITS);
   }
-  found.adhesion = found.bodies && isPaper(lawOf(found.law), found.end) && filledIn("adhesion") ? number("adhesion", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
+  found.adhesion = by !== "drop" && found.bodies && isPaper(lawOf(found.law), found.end) && filledIn("adhesion") ? number("adhesion", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   found.second = other && filledIn("second") ? number("second", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   return found;
 }
@@ -126,19 +131,14 @@ function read() {
 
 const logit = (p) => Math.log(p / (1 - p));
 function scaleOf(id) {
-  if (id === "speed") {
-    const [low, high] = ends();
+  const [by, [low, high]] = [$("by").value, id === "speed" ? ends() : wayNow().slice(3)];
+  if (id === "speed" || !["epsilon", "drop"].includes(by))
     return { to: (x) => Math.log(x / low) / Math.log(high / low), from: (p) => low * (high / low) ** p };
-  }
-  const [, , , low, high] = wayNow();
   const [span, epsilonAt] = [logit(high) - logit(low), (p) => 1 / (1 + Math.exp(-(logit(low) + p * span)))];
   const placeOf = (epsilon) => (logit(epsilon) - logit(low)) / span;
-  if ($("by").value === "epsilon") return { to: placeOf, from: epsilonAt };
-  if ($("by").value === "drop") {
-    const height = positive("height");
-    return { to: (x) => placeOf(Math.sqrt(x / height)), from: (p) => height * epsilonAt(p) ** 2 };
-  }
-  return { to: (x) => Math.log(x / low) / Math.log(high / low), from: (p) => low * (high / low) ** p };
+  if (by === "epsilon") return { to: placeOf, from: epsilonAt };
+  const height = positive("height");
+  return { to: (x) => placeOf(Math.sqrt(x / height)), from: (p) => height * epsilonAt(p) ** 2 };
 }
 
 function slide(id) {
@@ -156,22 +156,21 @@ function placeSlider(id, x) {
 // --- answers -----------------------------------------------------------------------------------------------------
 
 const DIGITS = 7;
-const quantityText = (x, dimension) => `${general(inUnit(x, dimension, input.system), DIGITS)} ${unitOf(dimension, input.system)}`.trim();
+const quantityText = (x, dimension, digits = DIGITS) => `${general(inUnit(x, dimension, input.system), digits)} ${unitOf(dimension, input.system)}`.trim();
+const epsilonText = (epsilon, zero, digits = 6) => (epsilon === null ? "out of range of this page" : epsilon ? general(epsilon, digits) : `0: ${zero}`);
 
 // The rows of the first table, and those of the folded one.
 function rows() {
-  const { law, scaled } = answer;
-  const paper = law === FACTS.laws[0];
+  const { law, scaled, fall } = answer;
+  const [paper, program, without] = [law === FACTS.laws[0], programNow(), fall ? ", without weight" : ""];
   const more = [["1 - eps", general(answer.loss, DIGITS), answer.loss]];
   const found = [
     [input.by === "drop" ? "eps, without weight" : "eps", general(answer.epsilon, DIGITS), answer.epsilon],
-    ["Speed after the collision", quantityText(answer.rebound, "speed")],
+    [`Speed after the collision${without}`, quantityText(answer.rebound, "speed")],
   ];
-  const { fall } = answer;
-  const without = fall ? ", without weight" : "";
   if (answer.contactTime !== undefined) {
-    found.push([`Contact time${without}`, quantityText(answer.contactTime, "time"), answer.contactTime]);
-    found.push([`Largest overlap${without}`, quantityText(answer.compression, "length") + (answer.overlap === undefined ? "" : `, ${general(100 * answer.overlap, 4)} % of the radius`), answer.compression]);
+    found.push([`Contact time${without}`, quantityText(answer.contactTime, "time", 4), answer.contactTime]);
+    found.push([`Largest overlap${without}`, quantityText(answer.compression, "length", 4) + (answer.overlap === undefined ? "" : `, ${general(100 * answer.overlap, 4)} % of the radius`), answer.compression]);
   } else if (scaled) {
     const power = (x) => general(x, 4);
     const k = "(k/m)";
@@ -184,21 +183,30 @@ function rows() {
     found.push(["Contact time", "out of range of this page: use viscopade epsilon"]);
   }
   if (fall) {
-    const heavy = fall.epsilon === null ? "out of range of this page" : fall.epsilon ? general(fall.epsilon, 6) : "0: it stays down";
-    found.push(["eps with weight, if it falls", heavy, fall.epsilon]);
     more.push(["g t_c / v", general(fall.share, 3), fall.share]);
-    if (fall.sticking !== null) found.push(["Stays down below", `${general(inUnit(fall.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, fall.sticking]);
+  }
+  // A program with its own law also has its own eps with weight.
+  if (fall && program.law) {
+    found.push(["eps with weight, if it falls", `in the file for ${program.title}, by the command below`]);
+  } else if (fall) {
+    found.push(["eps with weight, if it falls", epsilonText(fall.epsilon, "it stays down"), fall.epsilon]);
+    if (input.other) {
+      const again = fall.epsilonAt(Math.sqrt(2 * input.gravity * input.other));
+      const height = again ? `${general(100 * again ** 2 * input.other, 3)} cm (${general(100 * again ** 2, 3)} %), eps = ` : "";
+      found.push([`From ${quantityText(input.other, "length")} it rebounds to`, height + epsilonText(again, "it stays down", 4), again]);
+    }
+    if (fall.sticking !== null) found.push(["Stays down below", quantityText(fall.sticking, "speed", 3), fall.sticking]);
   }
   const { adhesion } = answer;
   if (adhesion) {
-    const sticky = adhesion.epsilon === null ? "out of range of this page" : adhesion.epsilon ? general(adhesion.epsilon, 6) : "0: they stick";
-    found.push([input.gravity > 0 ? "eps with adhesion and weight" : "eps with adhesion", sticky, adhesion.epsilon]);
-    if (adhesion.sticking !== null) found.push(["Sticks below", `${general(inUnit(adhesion.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, adhesion.sticking]);
+    const name = `eps with adhesion${input.gravity > 0 ? " and weight" : ""}`;
+    found.push([name, epsilonText(adhesion.epsilon, "they stick"), adhesion.epsilon]);
+    if (adhesion.sticking !== null) found.push(["Sticks below", quantityText(adhesion.sticking, "speed", 3), adhesion.sticking]);
   }
   if (paper) more.push(["v*", general(answer.vStar, DIGITS)]);
   more.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
   if (answer.beta !== undefined) more.push(["beta", quantityText(answer.beta, "beta"), answer.beta]);
-  if (answer.A !== undefined) more.push(["A of the pair", quantityText(answer.A, "time"), answer.A]);
+  if (answer.A !== undefined) more.push(["A of the pair", quantityText(answer.A, "time", 4), answer.A]);
   if (answer.own !== undefined) more.push([law.symbol, quantityText(answer.own, law.power ? "slowness" : "")]);
   return { numbers: found, "more-numbers": more };
 }
@@ -209,7 +217,7 @@ const SMALL_SHARE = 0.01; // of g t_c/v: below, weight changes the loss of energ
 function explanation() {
   const { power } = answer.law;
   const bodies = input.bodies ? " The bodies give the contact time and the overlap, not eps."
-    : answer.fall ? " With weight, eps is that of the law: a program may give another eps." : "";
+    : answer.fall && !programNow().law ? " With weight, eps is that of the law: a program may give another eps." : "";
   const shares = { "-1": "a smaller share", 0: "the same share", 1: "a larger share" };
   if (input.by === "drop") {
     const [from, to] = [input.height, input.damping].map((height) => quantityText(height, "length"));
@@ -265,11 +273,14 @@ function show() {
 function showProgram() {
   const { line, reason, warning, step, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
-  // A program with its own law also has its own eps with the weight.
-  const program = FACTS.programs.find(({ name }) => name === $("program").value);
-  const falling = line && answer.fall && program.law
-    ? `The line gives eps without weight. With weight, ${program.title}'s eps is not that of this page: the command prints it, and with --gravity ${general(input.gravity, DIGITS)} writes a line for it.` : "";
-  $("reason").textContent = reason || [warning, step, falling, "In SI units:"].filter(Boolean).join(" ");
+  const program = programNow();
+  const ofLaw = [
+    answer.fall && "The line gives eps without weight: the command writes one with it (--gravity).",
+    !program.texts.any?.includes("{stiffness}") && "The line sets no stiffness: the command does, from the bodies or with --mass.",
+    answer.pair && 'To give a contact time instead of the bodies, clear "Bodies are known".',
+  ];
+  const notes = [warning, step, ...(line && program.law ? ofLaw : []), "In SI units:"];
+  $("reason").textContent = reason || notes.filter(Boolean).join(" ");
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
   $("by-scene").classList.toggle("hidden", !scene);
@@ -527,10 +538,10 @@ function arrange() {
   $("equation").textContent = `${law.equation}, nu = ${law.nu}${law.ends.return ? "" : ": both ends of contact are the same"}`;
   $("end").disabled = !law.ends.return;
   $("label-damping").textContent = wayNow()[1] + shownUnit(wayNow()[2]);
-  $("label-speed").textContent = `Impact speed${shownUnit("speed")}`;
+  $("label-speed").textContent = `Impact speed${shownUnit("speed")}${by === "drop" ? ", from the height" : ""}`;
   $("row-at").classList.toggle("hidden", by !== "epsilon");
-  $("row-height").classList.toggle("hidden", by !== "drop");
-  for (const id of ["speed", "slide-speed"]) $(id).disabled = by === "drop"; // it follows from the height
+  for (const id of ["row-height", "row-other"]) $(id).classList.toggle("hidden", by !== "drop");
+  for (const id of ["speed", "slide-speed"]) $(id).disabled = by === "drop";
   const hasBodies = isHertz(law) && $("bodies").checked;
   $("bodies-section").classList.toggle("hidden", !isHertz(law));
   $("row-contact").classList.toggle("hidden", hasBodies);
@@ -544,7 +555,7 @@ function arrange() {
   $("of-other").classList.toggle("hidden", kind === "same" || kind === "wall");
   const used = { radius2: ["size", "sphere"], density2: ["sphere"], young2: ["sphere", "otherwall"], poisson2: ["sphere", "otherwall"] };
   for (const [id, kinds] of Object.entries(used)) $(`row-${id}`).classList.toggle("hidden", !kinds.includes(kind));
-  $("row-adhesion").classList.toggle("hidden", !isPaper(law, $("end").value));
+  $("row-adhesion").classList.toggle("hidden", by === "drop" || !isPaper(law, $("end").value)); // a drop is read without
   $("row-gravity").classList.toggle("hidden", hasBodies && !["wall", "otherwall"].includes(kind));
   $("row-second").classList.toggle("hidden", by !== "A" || !used.young2.includes(kind));
 }
@@ -571,7 +582,7 @@ function update() {
     $(error.field)?.setAttribute("aria-describedby", "problem");
   }
   const bad = $("problem").textContent !== "";
-  for (const id of ["good", "picture", "program-section", "code-section"]) $(id).classList.toggle("hidden", bad);
+  for (const id of ["good", "picture", "program-section"]) $(id).classList.toggle("hidden", bad);
   clearTimeout(saving);
   saving = setTimeout(save, 250); // browsers refuse an address that changes with every move of a slider
 }
