@@ -109,25 +109,8 @@ _SPEED_AXIS = option(
 )
 
 
-class _OfOneScene(Command):
-    """A command of this module: its refusals say how one scene has several curves, and how a table has equal steps."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the typed words `args` into the context of this command."""
-        try:
-            _, further, _ = self.make_parser(ctx).parse_args([*args])
-        except click.NoSuchOption as error:
-            if self.name == "table" and error.option_name == "--step":
-                raise click.UsageError("there is no --step: expected --points, and --speed-axis linear") from error
-            raise
-        if further and not ctx.resilient_parsing:
-            expected = "expected one scene, with a [[contact]] for each curve"
-            raise click.UsageError(f"{further[0]} is a second FILE: {expected}")
-        return super().parse_args(ctx, args)
-
-
 @click.command(
-    cls=_OfOneScene, epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg")
+    cls=Command, epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg")
 )
 @with_options(*_CURVES)
 @option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
@@ -200,7 +183,7 @@ def plot(
         say(f"Warning: {text}.")
 
 
-@click.command("table", cls=_OfOneScene, epilog=examples("viscopade table --from 0.1 --to 10"))
+@click.command("table", cls=Command, epilog=examples("viscopade table --from 0.1 --to 10"))
 @with_options(*_CURVES)
 @option(
     "--points",
