@@ -265,21 +265,33 @@ def test_an_input_of_lammps():
 def test_where_the_lines_belong():
     """A later pair_coeff replaces an earlier one; a wall that stays has a second force."""
     words = (str(EXAMPLES / "in.hopper"), "--epsilon", "0.6", "--time-step", "1 ns")
-    text = run(*words).output
-    places = dict(re.findall(r"in rows? (\S+).* write (.*)", text))
-    assert places == {"1": "after line 12", "2": "after line 13", "3": "after line 13"} | dict.fromkeys(
-        ("4", "5"), "instead of line 14"
-    )
+    text = text_of(*words)
+    text = text.replace("with weight, the column falling, ", "")
+    places = re.findall(r"in (rows? [0-9, ]+) write (\w+(?: of)? line \d+)", text)
+    assert dict(places) == {
+        "row 1": "after line 12",
+        "row 2": "after line 13",
+        "row 3": "after line 13",
+        "rows 4, 5": "instead of line 14",
+    }
     assert "begin alike" not in text
 
 
 def test_sizes_of_one_contact(tmp_path):
-    """The damping of `viscoelastic` belongs to a mass: each pair of sizes has its own line, and the file one."""
+    """The damping of `viscoelastic` belongs to a mass: sizes of one line share a number, and have a range of eps."""
     file = tmp_path / "in.sizes"
     text = (EXAMPLES / "in.hopper").read_text("utf-8").replace("coeff_restitution", "viscoelastic")
     file.write_text(text.replace(" diam one 0.002 ", " diam range 0.002 0.004 "))
     flat = text_of(str(file), "--epsilon", "0.6", "--time-step", "1 ns")
-    assert "Of lines that begin alike the last one counts: each is for its rows alone." in flat
+    pairs = [line.split()[1:3] for line in re.findall("pair_coeff [0-9] [0-9]", flat)]
+    assert pairs == [["1", "1"], ["1", "2"], ["2", "2"]]
+    assert (
+        "For closer eps give sizes types of their own. For a number of its own at a wall a type needs a group" in flat
+    )
+    # The range is that of the eps which the rows get.
+    rows = json.loads(run(str(file), "--epsilon", "0.6", "--time-step", "1 ns", "--format", "json").output)["contacts"]
+    reached = [row["reached"] for row in rows if row["name"] == "type 1 - type 1"]
+    assert f"for eps = 0.6 ({min(reached):.4f} to {max(reached):.4f}) in rows 1 to 3 write" in flat
 
 
 def test_a_narrow_terminal(monkeypatch):
@@ -353,14 +365,15 @@ run 1
 
 
 def test_lines_that_replace_each_other(tmp_path):
-    """A style gran/hooke has one damping for both types, whose eps differ: of two lines the last one counts."""
+    """A line serves two runs with other time steps, whose eps differ: of two numbers the last one counts."""
     file = tmp_path / "in.two"
     text = "create_atoms 1 b\ncreate_atoms 2 b\nset type 2 diameter 2 density 1\ntimestep 1e-3\n"
     text += "fix w all wall/gran hooke 1e4 NULL 9 NULL 0 0 zplane 0 NULL\n"
+    text += "pair_style gran/hooke 1e4 NULL 9 NULL 0 0\npair_coeff * *\nrun 1\n"
     sentence = "Of lines that begin alike the last one counts: each is for its rows alone."
-    file.write_text(f"{text}run 1\n")
+    file.write_text(text)
     assert sentence not in text_of(str(file), "--epsilon", "0.6")
-    file.write_text(f"{text}pair_style gran/hooke 1e4 NULL 9 NULL 0 0\npair_coeff * *\nrun 1\n")
+    file.write_text(f"{text}timestep 2e-3\nrun 1\n")
     assert sentence in text_of(str(file), "--epsilon", "0.6")
 
 

@@ -185,7 +185,9 @@ def _fields(row: DeckRow) -> dict[str, Any]:
         "step": run.step,
         "steps": row.steps,
         "sticking_speed": answer.sticking_speed,
+        # The lines to write for the wanted eps, and the eps that they give a row that shares them with others.
         "instead": None if answer.instead is None else list(row.lines),
+        "reached": row.reached,
         "reason": answer.reason,
         "marks": list(contact.marks),
         "warnings": list(answer.warnings),
@@ -218,6 +220,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     speed_source : str
         What to add behind the speed: ", as --speed is not given", or "".
     """
+    from viscopade.simulators.native import SPREAD
+
     # The first sentence counts runs, pairs of bodies and contacts; equal numbers, and no run, are not worth a word.
     units, speed = deck.units, table[0].impact.speed
     pairs = {contact.name: contact.count for run in deck.runs for contact in run.contacts}
@@ -273,12 +277,19 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
         say(f"{kind}{_rows([*texts])}: {text}{source}.")
     for text in deck.warnings:
         say(f"Warning: {text}.")
+    is_compromise = False
     for (weight, place, lines), numbers in replacements.items():
         # One line for several rows gives each its own eps.
-        reached = sorted(f"{eps:.4f}" for i in numbers if (eps := table[i - 1].reached) is not None)
-        between = f" ({reached[0]} to {reached[-1]})" if reached and reached[0] < reached[-1] else ""
+        reached = sorted(eps for i in numbers if (eps := table[i - 1].reached) is not None)
+        ends = [f"{eps:.4f}" for eps in (*reached[:1], *reached[-1:])]
+        between = f" ({' to '.join(ends)})" if len({*ends}) > 1 else ""
+        is_compromise |= bool(reached) and reached[-1] - reached[0] > SPREAD
         say(f"for eps = {epsilon}{between}{weight} in {_rows(numbers)} write{place}")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
+    if is_compromise:
+        say("A line has one number for all its rows. For closer eps give sizes types of their own.")
+        if any("wall/gran" in line for _, _, lines in replacements for line in lines):
+            say("For a number of its own at a wall a type needs a group, made before fix pour, which pours into it.")
     # Lines to write may contradict each other. A command names what it sets in its first three words ("pair_coeff 1 2",
     # "fix ID group"); a model has one <option>.
     written = dict.fromkeys(line for _, _, lines in replacements for line in lines)

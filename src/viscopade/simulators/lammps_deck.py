@@ -597,12 +597,8 @@ class _Reader:
             if walls:
                 self.warn_of_holes(fix, name, touching)
             for number, (wall, wall_type) in itertools.product(touching, walls.items()):
-                contact, common_lines_with = fix.contact, None
-                if isinstance(contact, GranularLine) and len(touching) > 1:
-                    contact, common_lines_with = contact.at_wall(number), contact.lines_with
                 types = number, wall_type
-                row = self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, types, [])
-                yield types, replace(row, common_lines_with=common_lines_with)
+                yield types, self.deck_contact(f"type {number} - wall {wall}", fix.line, fix.contact, types, [])
 
     def warn_of_holes(self, wall: _Fix, name: str, touching: Sequence[int]) -> None:
         """Warn of spheres that are poured into another group than that of a wall: they fall through it.
@@ -639,18 +635,12 @@ class _Reader:
             """Return the lines of all walls with other parameters, each line once."""
             return tuple(dict.fromkeys(line for function in functions for line in function(settings)))
 
-        def common(walls: list[DeckContact]) -> LinesWith | None:
-            """Return `common_lines_with` of all walls; None if one has none."""
-            functions = [wall.common_lines_with for wall in walls if wall.common_lines_with]
-            return partial(lines_with, functions) if len(functions) == len(walls) else None
-
         return tuple(
             replace(
                 first,
                 name=", ".join((first.name, *(wall.name.partition(" - wall ")[2] for wall in others))),
                 count=1 + len(others),
                 lines_with=partial(lines_with, [wall.lines_with for wall in (first, *others)]),
-                common_lines_with=common([first, *others]),
             )
             if others
             else first
