@@ -270,7 +270,10 @@ BAD = [
     ("audit mujoco --speed 1 --gravity '1 kg'", "gravity is '1 kg': expected an acceleration"),
     ("audit mujoco --speed 1 --scheme x", "integrator is 'x': expected Euler, RK4"),
     ("audit mujoco --speed 1 --epsilon 1", "epsilon is '1': expected a number > 0 and < 1"),
-    ("audit mujoco --speed 1 --step-error 0.1", "--step-error is given with --speed"),
+    (
+        "audit mujoco --speed 1 --step-error 0.1",
+        "--step-error is given with --speed: expected --time-step with a tenth",
+    ),
     ("audit mujoco --speed 1 --end force", "--end is given for a simulator"),
     ("audit mujoco --mass 1", "--mass is given without --speed"),
     ("audit --speed 1", "expected either a simulator, such as mujoco, or --force"),

@@ -641,9 +641,9 @@ def test_everything_that_is_missing_is_named_at_once(tmp_path):
         "the density of type 2 (--density 2=2500)",
     )
     assert deck.missing == (
-        "the value of the variable k (--variable k=VALUE)",
-        "the value of the variable e (--variable e=VALUE)",
-        "the value of the variable t (--variable t=VALUE)",
+        "the value of the variable k (--variable k=VALUE), needed in in.deck:4",
+        "the value of the variable e (--variable e=VALUE), needed in in.deck:4",
+        "the value of the variable t (--variable t=VALUE), needed in in.deck:6",
         *spheres,
     )
     said = DeckOptions({"k": "1e4", "e": "50", "t": "1e-6"})
@@ -825,7 +825,9 @@ def test_a_hostile_file_is_refused_in_one_line(tmp_path, text, message):
 def test_variables_that_need_a_run_or_a_shell_are_missing(tmp_path, style):
     deck = deck_of(tmp_path, f"variable x {style}\n{CONTACT}")
     option = "(--variable x=VALUE)"
-    assert deck.missing == (f"the value of the variable x, of style {style.split()[0]} in line 1 {option}",)
+    assert deck.missing == (
+        f"the value of the variable x, of style {style.split()[0]} in line 1 {option}, needed in in.deck:4",
+    )
     assert not deck_of(tmp_path, f"variable x {style}\n{CONTACT}", DeckOptions({"x": "5"})).missing
 
 
@@ -844,7 +846,8 @@ def test_a_formula_of_a_run_is_asked_for_only_where_a_contact_needs_it(tmp_path)
     deck = deck_of(
         tmp_path, f"variable x equal 2*step\nvariable y equal lx\nregion r block 0 ${{y}} 0 1 0 1\n{CONTACT}"
     )
-    assert deck.missing == ("the value of the variable x (--variable x=VALUE): step is known only in a run",)
+    needs = "the value of the variable x (--variable x=VALUE): step is known only in a run, needed in in.deck:6"
+    assert deck.missing == (needs,)
 
 
 def test_a_gravity_of_a_run_is_asked_for(tmp_path):

@@ -271,12 +271,12 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
             weight = " with weight, the column falling," if row.answer.falling else ""
             place = _position(row.lines, row.contact.line, deck)
             replacements.setdefault((weight, place, row.lines), []).append(i)
+    for text in deck.warnings:  # first, as a default of the file may be why a row has a warning
+        say(f"Warning: {text}.")
     for (kind, _), texts in sentences.items():
         i, text = next(iter(texts.items()))
         source = f" (the numbers of row {i})" if {*texts.values()} != {text} else ""
         say(f"{kind}{_rows([*texts])}: {text}{source}.")
-    for text in deck.warnings:
-        say(f"Warning: {text}.")
     is_compromise = False
     for (weight, place, lines), numbers in replacements.items():
         # One line for several rows gives each its own eps.

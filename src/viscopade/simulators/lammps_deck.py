@@ -141,7 +141,8 @@ def read_input(path: Path, options: DeckOptions) -> Deck:
         raise ValueError(f"{path} has no contact: expected pair_style granular, gran/… or gran, or fix wall/gran")
     simulator, units = liggghts.SIMULATOR if reader.is_liggghts else lammps.SIMULATOR, lammps.UNITS[reader.state.units]
     unread, warnings = tuple(reader.unread.values()), tuple(reader.warnings)
-    return Deck(simulator, path, units, tuple(reader.runs), tuple(reader.missing), unread, warnings)
+    missing = tuple("".join(words_and_place) for words_and_place in reader.missing.items())
+    return Deck(simulator, path, units, tuple(reader.runs), missing, unread, warnings)
 
 
 def line_settings(text: str) -> dict[str, str]:
@@ -222,7 +223,7 @@ class _Reader:
         self.lines_by_variable: dict[str, str] = {}  # "line 5" of a command that decides a contact, by its variables
         self.labels: set[str] = set()
         self.jump: tuple[str, str] | None = None  # a label that is not passed yet, and where the jump stands
-        self.missing: dict[str, None] = {}  # what the file does not say, in words, each once
+        self.missing: dict[str, str] = {}  # what the file does not say, in words, and where, ", needed in in.x:5"
         self.warnings: dict[str, None] = {}
         self.unread: dict[str, Line] = {}  # the first line of each kind of commands that are not read
         self.contacts_changed = True  # since the last run
@@ -285,7 +286,8 @@ class _Reader:
         try:
             yield
         except MissingValue as missing:
-            self.missing.update(dict.fromkeys(missing.args))
+            for text in missing.args:
+                self.missing.setdefault(text, "" if name == "run" else f", needed in {line.file.name}:{line.number}")
         except IndexError:
             raise ValueError(f"{line.file.name}:{line.number}: {name} has too few words") from None
         except (ValueError, ArithmeticError) as error:
@@ -537,7 +539,7 @@ class _Reader:
             spheres = [*dict.fromkeys((radius, density) for radius, _ in spheres)]
         for i, option in enumerate((f"radius {name}=0.5mm", f"density {name}=2500")):
             if any(sphere[i] is None for sphere in spheres):
-                self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = None
+                self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = ""
         # The mass is 4/3 pi r^3 rho; in two dimensions LIGGGHTS has discs, pi r^2 rho.
         is_disc = self.state.dimension == "2" and self.is_liggghts
         complete = [(r, rho) for r, rho in spheres if r is not None and rho is not None]
