@@ -629,6 +629,19 @@ def test_commands_make_spheres(tmp_path, commands, expected):
     assert spheres == {number: [pytest.approx(pair) for pair in pairs] for number, pairs in expected.items()}
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "warning"),
+    [
+        ("units si", "units micro", "spheres of type 2 have 2.5e+06 kg/m^3: check density and units"),
+        ("pair_style granular\n", "", "pair_coeff (in.deck:14) has no pair_style before it: it is read as granular"),
+        ("create_box 2", "create_box 1", "there is a type 2, and create_box has types up to 1: LAMMPS stops"),
+    ],
+)
+def test_what_cannot_be_meant_is_warned_of(tmp_path, old, new, warning):
+    assert not deck_of(tmp_path, POURED).warnings
+    assert any(text.startswith(warning) for text in deck_of(tmp_path, POURED.replace(old, new)).warnings)
+
+
 def test_everything_that_is_missing_is_named_at_once(tmp_path):
     text = "units si\nread_restart old\npair_style granular\n"
     text += "pair_coeff 1 1 hooke ${k} $e tangential linear_nohistory 0 0\n"
@@ -751,6 +764,7 @@ def test_a_pasted_line_says_a_contact(line, settings):
     [
         ("pair_coeff 1 1 hoke 1 2", "'hoke' is no normal model: expected hooke, hertz, "),
         ("pair_coeff 1 1 hooke 1", "hooke has 1 numbers: expected 2"),
+        ("pair_coeff 1 1 hooke 1 2 tangential mindlin NULL 1", "tangential mindlin has 2 numbers: expected 3"),
         ("pair_coeff 1 1 hertz/material 1e7 0.6 damping tsuji", "hertz/material has 2 numbers: expected 3"),
         ("pair_coeff 1 1 hooke 1 x", "a coefficient of hooke is 'x': expected a number >= 0"),
         ("pair_coeff 1 1 hooke 1 2 damping fast", "damping is 'fast': expected velocity, "),

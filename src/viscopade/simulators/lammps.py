@@ -657,9 +657,12 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
             model = rest[0] if rest else ""
             if model not in _SUBMODELS[keyword]:
                 raise ValueError(f"{keyword} is {model!r}: expected {', '.join(_SUBMODELS[keyword])}")
-            count = 1 + _SUBMODELS[keyword][model]
-            models[keyword] = tuple(rest[:count])
-            rest = rest[count:]
+            count = _SUBMODELS[keyword][model]
+            numbers = [*itertools.takewhile(lambda word: word not in keywords, rest[1 : count + 1])]
+            if len(numbers) < count:
+                raise ValueError(f"{keyword} {model} has {len(numbers)} numbers: expected {count}")
+            models[keyword] = (model, *numbers)
+            rest = rest[1 + count :]
         else:
             accepted = "limit_damping" if is_classic else f"{', '.join(_SUBMODELS)}, limit_damping, cutoff"
             raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(WALL_SHAPES)}")

@@ -48,6 +48,9 @@ from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 _MOST_TYPES = 100
 _MOST_RUNS = 1000
 
+# Densities of solids, in kg/m^3, with some room: aerogel has 1, and osmium 22,600.
+_LIGHTEST, _HEAVIEST = 1, 3e4
+
 _ACCELERATED = re.compile("/(gpu|intel|kk|omp|opt)$")  # in names of styles, which compute the same
 _NO_STYLES = ("NULL", "limit_damping")  # words of a pair_style hybrid that are no names of sub-styles
 
@@ -77,7 +80,7 @@ class _State:
     `styles` are the contacts of a pair_style by its name, or by the names of its sub-styles; None for one that is no
     contact of spheres. `coefficients` are lines by the types of both bodies, and by the style for hybrid/overlay. A
     group is the types that it has, or None if they are not known; the program changes the atoms of a dynamic one. A
-    region is the words of its line from its style on.
+    region is the words of its line from its style on. `box_types` is the number of types in create_box.
     """
 
     units: str = "lj"
@@ -94,6 +97,7 @@ class _State:
     dynamic_groups: set[str] = field(default_factory=set)
     regions: dict[str, list[str]] = field(default_factory=dict)
     has_lattice: bool = False
+    box_types: int | None = None
     spheres: Spheres = field(default_factory=Spheres)
 
     @property
@@ -422,6 +426,9 @@ class _Reader:
         """Take `pair_coeff I J …`: the contact of all types in the ranges I and J."""
         # A hybrid style has the name of its sub-style in word 3, and its number in word 4 if there are several.
         state, first, second = self.state, type_range(words[1]), type_range(words[2])
+        if not state.pair_style:
+            stops = "it is read as granular; LAMMPS stops, except after read_restart"
+            self.warnings[f"pair_coeff ({self.place}) has no pair_style before it: {stops}"] = None
         style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
         style = " ".join(words[3:5]) if " ".join(words[3:5]) in state.styles else style
         # The pair 2 1 is the pair 1 2; of ranges only pairs I <= J are meant.
@@ -468,7 +475,7 @@ class _Reader:
     # Spheres.
 
     def do_create_box(self, words: list[str]) -> None:
-        self.state.spheres.types = int(self.number(words[1]))
+        self.state.spheres.types = self.state.box_types = int(self.number(words[1]))
 
     def do_create_atoms(self, words: list[str]) -> None:
         self.state.spheres.add(int(self.number(words[1])), lammps_spheres.DEFAULT)
@@ -540,6 +547,9 @@ class _Reader:
         for i, option in enumerate((f"radius {name}=0.5mm", f"density {name}=2500")):
             if any(sphere[i] is None for sphere in spheres):
                 self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = ""
+        for density in {rho * units.kilograms / units.metres**3 for _, rho in spheres if rho and not units.unsized}:
+            if not _LIGHTEST <= density <= _HEAVIEST:
+                self.warnings[f"spheres of type {name} have {density:.3g} kg/m^3: check density and units"] = None
         # The mass is 4/3 pi r^3 rho; in two dimensions LIGGGHTS has discs, pi r^2 rho.
         is_disc = self.state.dimension == "2" and self.is_liggghts
         complete = [(r, rho) for r, rho in spheres if r is not None and rho is not None]
@@ -575,6 +585,9 @@ class _Reader:
             if lammps_spheres.DEFAULT in grains and str(number) not in self.options.densities:
                 diameter = "diameter 1 and " * (str(number) not in self.options.radii)
                 self.warnings[f"spheres of type {number} have the default {diameter}density 1"] = None
+        if state.box_types and state.spheres.types > state.box_types:
+            last = f"create_box has types up to {state.box_types}"
+            self.warnings[f"there is a type {state.spheres.types}, and {last}: LAMMPS stops"] = None
         if len(self.gravity) > 1:
             self.warnings[f"of {len(self.gravity)} fixes gravity the last counts"] = None
 
