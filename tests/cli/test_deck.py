@@ -352,6 +352,15 @@ def test_a_row_whose_body_stays_down_says_so(tmp_path):
     assert (row["falling"], row["sticking_speed"]) == (0, pytest.approx(0.462, abs=1e-3))
 
 
+def test_a_file_of_another_program_is_refused(tmp_path):
+    file = tmp_path / "robot.sdf"
+    file.write_text('<?xml version="1.0"?>\n<sdf version="1.7"><model name="a"/></sdf>\n')
+    refused = run(str(file))
+    assert refused.exit_code == 2
+    accepted = "expected an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
+    assert f"robot.sdf is a file of another program: {accepted}" in " ".join(refused.stderr.split())
+
+
 INPUT = """\
 units si
 atom_style sphere

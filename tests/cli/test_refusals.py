@@ -256,6 +256,8 @@ BAD = [
     ),
     ("audit LAMMPS --set normal=hertz --mass '10 mg' --speed 1", "or --set units=si"),
     ("audit liggghts --speed 1", 'expected --set "model=hertz" or "model=hooke" or "model=hertz/stiffness"'),
+    ("audit drake --set point_contact_stiffness=4e4 --speed 1", "expected point_stiffness, its name in AddContactMa"),
+    ("audit drake --set hydroelastic_modulus=1e6 --speed 1", "as hydroelastic contact is not computed here"),
     ("audit mujoco --set 'x=1 1' --speed 1", "there is no parameter 'x': expected solref (timeconst"),
     ("audit mujoco --set solref --speed 1", "--set is 'solref': expected NAME=VALUE"),
     ("audit mujoco --set 'solref=nan 1' --speed 1", "solref is 'nan 1': expected timeconst"),

@@ -882,7 +882,7 @@ def test_options_need_an_effect(tmp_path):
 
 
 def test_a_file_without_contacts_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="has no contact: expected pair_style granular"):
+    with pytest.raises(ValueError, match="has no contact: expected an input of LAMMPS or LIGGGHTS with pair_style"):
         deck_of(tmp_path, "units si\nrun 5\n")
 
 

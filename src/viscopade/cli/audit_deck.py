@@ -109,7 +109,10 @@ def show_deck(
     if file.is_fifo():  # a file is read more than once, and names others beside it
         raise click.UsageError(f"{file} is a pipe: expected a file")
     # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
-    is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+    content = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip()
+    is_xml = content.startswith(b"<")
+    if is_xml and not re.search(rb"<(mujoco|robot)", content):  # MJCF or URDF, which MuJoCo reads
+        raise click.UsageError(f"{file} is a file of another program: expected {DECKS}")
     if settings and is_xml:
         raise click.UsageError("--set is given with a model of MuJoCo: expected the file with other numbers")
     deck = mujoco_model.read_model(file, said) if is_xml else lammps_deck.read_input(file, said)

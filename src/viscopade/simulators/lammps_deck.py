@@ -142,7 +142,8 @@ def read_input(path: Path, options: DeckOptions) -> Deck:
             if name not in present:
                 raise ValueError(f"{path} has no {kind} {name}: expected {', '.join(sorted(present)[:10]) or 'none'}")
     if not reader.missing and not reader.runs:
-        raise ValueError(f"{path} has no contact: expected pair_style granular, gran/… or gran, or fix wall/gran")
+        commands_of_contacts = "pair_style granular, gran/… or gran, or fix wall/gran"
+        raise ValueError(f"{path} has no contact: expected an input of LAMMPS or LIGGGHTS with {commands_of_contacts}")
     simulator, units = liggghts.SIMULATOR if reader.is_liggghts else lammps.SIMULATOR, lammps.UNITS[reader.state.units]
     unread, warnings = tuple(reader.unread.values()), tuple(reader.warnings)
     missing = tuple("".join(words_and_place) for words_and_place in reader.missing.items())
