@@ -393,6 +393,10 @@ def test_a_default_stands_before_the_warnings_that_it_causes(tmp_path):
     file.write_text((EXAMPLES / "in.hopper").read_text("utf-8").replace(" dens 7800 7800", ""))
     text = text_of(str(file), "--speed", "1")
     assert 0 < text.index("has no dens: the default density is 1.") < text.index("the bodies gain energy")
+    # Such steel beads get no eps of 0.8; the line that is written for glass at the wall counts for them, too.
+    text = text_of(str(file), "--speed", "1", "--epsilon", "0.8")
+    assert "in row 4 write instead of line 14" in text
+    assert "A line has one number for all its rows." in text
 
 
 def test_the_release_of_tsuji(tmp_path):

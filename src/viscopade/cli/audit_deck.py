@@ -287,6 +287,9 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
         ends = [f"{eps:.4f}" for eps in (*reached[:1], *reached[-1:])]
         between = f" ({' to '.join(ends)})" if len({*ends}) > 1 else ""
         is_compromise |= bool(reached) and reached[-1] - reached[0] > SPREAD
+        # Rows for which no number gives the wanted eps share a line that is replaced, too.
+        shared = table[numbers[0] - 1].contact.line if place.startswith(" instead of line") else None
+        is_compromise |= any(row.contact.line == shared and not row.lines for row in table)
         say(f"for eps = {epsilon}{between}{weight} in {_rows(numbers)} write{place}")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
     if is_compromise:
