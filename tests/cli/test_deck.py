@@ -93,7 +93,8 @@ def test_a_table_for_each_run(deck):
     for sentence in (
         "row 4: no number: jkr is not computed here.",
         "rows 1, 2, 5, 6: mixed from 1 1 and 2 2.",
-        "Warning: bonds are not read. not read: thermo (line 3), fix move (line 7)",
+        "Warning: bonds are not read.",
+        "not read: thermo (line 3), fix move (line 7)",
     ):
         assert sentence in flat
 
@@ -188,7 +189,7 @@ def test_units_without_a_size(deck):
         ("--epsilon 1", "epsilon is '1': expected a number > 0 and < 1"),
         ("--set solref=1", '--set is given with a file: expected --set "damping=tsuji (2026)", or the file with other'),
         ('--set "damping=tsuji (2026)"', "in.box has no damping tsuji"),
-        ("--step-error 0.01", "--step-error is given with a file: expected --time-step"),
+        ("--step-error 0.01", "--step-error is given with a file: expected --time-step with a tenth of your step"),
         ("--radius 1=1mm,2=1.6mm", "--radius is 1=1mm,2=1.6mm: expected one type, and --radius again for another"),
         ("--epsilon wall=0.6", "--epsilon is 'wall=0.6': expected one number, and a command for each eps"),
         ("--mass 1", "--mass is given with a file: expected a command without it"),
@@ -265,21 +266,33 @@ def test_an_input_of_lammps():
 def test_where_the_lines_belong():
     """A later pair_coeff replaces an earlier one; a wall that stays has a second force."""
     words = (str(EXAMPLES / "in.hopper"), "--epsilon", "0.6", "--time-step", "1 ns")
-    text = run(*words).output
-    places = dict(re.findall(r"in rows? (\S+).* write (.*)", text))
-    assert places == {"1": "after line 12", "2": "after line 13", "3": "after line 13"} | dict.fromkeys(
-        ("4", "5"), "instead of line 14"
-    )
+    text = text_of(*words)
+    text = text.replace("with weight, the column falling, ", "")
+    places = re.findall(r"in (rows? [0-9, ]+) write (\w+(?: of)? line \d+)", text)
+    assert dict(places) == {
+        "row 1": "after line 12",
+        "row 2": "after line 13",
+        "row 3": "after line 13",
+        "rows 4, 5": "instead of line 14",
+    }
     assert "begin alike" not in text
 
 
 def test_sizes_of_one_contact(tmp_path):
-    """The damping of `viscoelastic` belongs to a mass: each pair of sizes has its own line, and the file one."""
+    """The damping of `viscoelastic` belongs to a mass: sizes of one line share a number, and have a range of eps."""
     file = tmp_path / "in.sizes"
     text = (EXAMPLES / "in.hopper").read_text("utf-8").replace("coeff_restitution", "viscoelastic")
     file.write_text(text.replace(" diam one 0.002 ", " diam range 0.002 0.004 "))
     flat = text_of(str(file), "--epsilon", "0.6", "--time-step", "1 ns")
-    assert "Of lines that begin alike the last one counts: each is for its rows alone." in flat
+    pairs = [line.split()[1:3] for line in re.findall("pair_coeff [0-9] [0-9]", flat)]
+    assert pairs == [["1", "1"], ["1", "2"], ["2", "2"]]
+    assert (
+        "For closer eps give sizes types of their own. For a number of its own at a wall a type needs a group" in flat
+    )
+    # The range is that of the eps which the rows get.
+    rows = json.loads(run(str(file), "--epsilon", "0.6", "--time-step", "1 ns", "--format", "json").output)["contacts"]
+    reached = [row["reached"] for row in rows if row["name"] == "type 1 - type 1"]
+    assert f"for eps = 0.6 ({min(reached):.4f} to {max(reached):.4f}) in rows 1 to 3 write" in flat
 
 
 def test_a_narrow_terminal(monkeypatch):
@@ -339,6 +352,15 @@ def test_a_row_whose_body_stays_down_says_so(tmp_path):
     assert (row["falling"], row["sticking_speed"]) == (0, pytest.approx(0.462, abs=1e-3))
 
 
+def test_a_file_of_another_program_is_refused(tmp_path):
+    file = tmp_path / "robot.sdf"
+    file.write_text('<?xml version="1.0"?>\n<sdf version="1.7"><model name="a"/></sdf>\n')
+    refused = run(str(file))
+    assert refused.exit_code == 2
+    accepted = "expected an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
+    assert f"robot.sdf is a file of another program: {accepted}" in " ".join(refused.stderr.split())
+
+
 INPUT = """\
 units si
 atom_style sphere
@@ -353,15 +375,28 @@ run 1
 
 
 def test_lines_that_replace_each_other(tmp_path):
-    """A style gran/hooke has one damping for both types, whose eps differ: of two lines the last one counts."""
+    """A line serves two runs with other time steps, whose eps differ: of two numbers the last one counts."""
     file = tmp_path / "in.two"
     text = "create_atoms 1 b\ncreate_atoms 2 b\nset type 2 diameter 2 density 1\ntimestep 1e-3\n"
     text += "fix w all wall/gran hooke 1e4 NULL 9 NULL 0 0 zplane 0 NULL\n"
+    text += "pair_style gran/hooke 1e4 NULL 9 NULL 0 0\npair_coeff * *\nrun 1\n"
     sentence = "Of lines that begin alike the last one counts: each is for its rows alone."
-    file.write_text(f"{text}run 1\n")
+    file.write_text(text)
     assert sentence not in text_of(str(file), "--epsilon", "0.6")
-    file.write_text(f"{text}pair_style gran/hooke 1e4 NULL 9 NULL 0 0\npair_coeff * *\nrun 1\n")
+    file.write_text(f"{text}timestep 2e-3\nrun 1\n")
     assert sentence in text_of(str(file), "--epsilon", "0.6")
+
+
+def test_a_default_stands_before_the_warnings_that_it_causes(tmp_path):
+    """Spheres without dens have 1 kg/m^3, and so contacts of two time steps, in which they gain energy."""
+    file = tmp_path / "in.light"
+    file.write_text((EXAMPLES / "in.hopper").read_text("utf-8").replace(" dens 7800 7800", ""))
+    text = text_of(str(file), "--speed", "1")
+    assert 0 < text.index("has no dens: the default density is 1.") < text.index("the bodies gain energy")
+    # Such steel beads get no eps of 0.8; the line that is written for glass at the wall counts for them, too.
+    text = text_of(str(file), "--speed", "1", "--epsilon", "0.8")
+    assert "in row 4 write instead of line 14" in text
+    assert "A line has one number for all its rows." in text
 
 
 def test_the_release_of_tsuji(tmp_path):

@@ -337,6 +337,25 @@ def test_what_is_written_instead_gives_the_wanted_eps(tmp_path):
 FALL = """<mujoco><option timestep="{step}"/><worldbody><geom name="floor" type="plane" size="2 2 .1" {geom}/>
 <body><freejoint/><geom name="ball" size="0.1" {geom}/></body></worldbody>
 <contact>{pair}</contact></mujoco>"""
+
+
+def test_a_pair_that_is_replaced_keeps_its_name_and_class(tmp_path):
+    """The class has a margin, which the pair sets to 0, and a gap; sensors and keyframes may use the name."""
+    defaults = '<default><default class="foot"><pair margin="0.01" gap="0.001" condim="1"/></default></default>'
+    pair = '<pair name="foot_floor" class="foot" geom1="foot" geom2="floor" margin="0"/>'
+    text = (
+        f'<mujoco>{defaults}<worldbody><geom name="floor" type="plane" size="1 1 1"/>'
+        '<body pos="0 0 1"><freejoint/><geom name="foot" size="0.1"/></body></worldbody>'
+        f"<contact>{pair}</contact></mujoco>"
+    )
+    (contact,) = deck_of(tmp_path, text).runs[0].contacts
+    (line,) = contact.lines_with({"solref": "-2500 -10"})
+    assert line.startswith('<pair geom1="foot" geom2="floor" name="foot_floor" class="foot" margin="0" ')
+    (changed,) = deck_of(tmp_path, text.replace(pair, line)).runs[0].contacts
+    assert changed.settings == contact.settings | {"solref": "-2500 -10"}
+    assert changed.marks == contact.marks == ()
+
+
 PAIR = '<pair geom1="ball" geom2="floor" condim="3" {}/>'
 
 

@@ -3,6 +3,7 @@
 import ast
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -74,6 +75,20 @@ def test_the_range_over_all_phases_is_that_of_mujoco_itself(step):
     assert (found.least, found.largest) == pytest.approx((min(epsilon), max(epsilon)), abs=3e-5)
     assert found.least < min(epsilon) + 1e-7
     assert found.largest > max(epsilon) - 1e-7
+
+
+@pytest.mark.parametrize("speed", [0.16, 0.2, 0.3])
+def test_mujoco_just_above_the_speed_below_which_a_body_stays_down(speed):
+    """The speed is 0.147 m/s: some phases stay down. The page on MuJoCo has these numbers."""
+    pytest.importorskip("mujoco")
+    settings = {"solref": "0.02 0.5", "cone": "elliptic", "integrator": "implicitfast"}
+    found = delivered("mujoco", settings, speed, gravity=EARTH, step=0.002).collision
+    text = "solref=0.02 0.5; solimp=0.9 0.95 0.001 0.5 2; cone=elliptic; condim=3"
+    epsilon = [*mujoco_epsilons(Deck("mujoco", "implicitfast", text, 3.0, speed, EARTH, 0.002, 0.031, len(PHASES)))]
+    assert found.epsilon == pytest.approx(np.mean(epsilon), abs=1e-9)
+    page = (Path(__file__).parents[2] / "docs/usage/simulators/mujoco.md").read_text("utf-8")
+    least = f"{found.least:.3f}" if found.least else "0"
+    assert f"| {speed} m/s | {found.epsilon:.3f} | {least} to {found.largest:.3f} |" in page
 
 
 @pytest.mark.parametrize(

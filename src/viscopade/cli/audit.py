@@ -56,6 +56,10 @@ _MEANT = {
 }
 """The sentence for each name that people use for a simulator and that is not ours."""
 
+_SHORTER_STEP = (
+    "expected --time-step with a tenth of your step, which is short enough if eps, from and to hardly change"
+)
+
 
 class _Audit(Command):
     """The command, which refuses an option of LAMMPS by the name that it has here."""
@@ -86,7 +90,10 @@ class _Audit(Command):
     help="Undamped contact time, for a --time-step with a unit.",
 )
 @option(
-    "--step-error", group="Advanced", type=Real(), help="Print the largest time step whose eps has this relative error."
+    "--step-error",
+    group="Advanced",
+    type=Real(),
+    help="Print the largest time step whose eps has this relative error; not with FILE, --speed, --set or --force.",
 )
 @option(
     "--set",
@@ -207,9 +214,7 @@ def audit(
             f"--{name}": of_contacts.pop(name) for name in ("force", "vary", "mass", "scheme", "end")
         }
         if step_error is not None:
-            raise click.UsageError(
-                "--step-error is given with a file: expected --time-step, with which from and to are the range of eps"
-            )
+            raise click.UsageError(f"--step-error is given with a file: {_SHORTER_STEP}")
         _refuse("with a file", of_formulas | more)
         show_deck(simulator, epsilon, time_step, style, **of_contacts)
         return
@@ -217,6 +222,8 @@ def audit(
 
     # One contact, of a program's own parameters or of a force.
     if typed:
+        if step_error is not None:
+            raise click.UsageError(f"--step-error is given with {' and '.join(typed)}: {_SHORTER_STEP}")
         _refuse(f"with {' and '.join(typed)}", of_formulas)
         show_contact(simulator, epsilon, time_step, style, **of_contacts)
 

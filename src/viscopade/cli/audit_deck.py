@@ -109,7 +109,10 @@ def show_deck(
     if file.is_fifo():  # a file is read more than once, and names others beside it
         raise click.UsageError(f"{file} is a pipe: expected a file")
     # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
-    is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+    content = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip()
+    is_xml = content.startswith(b"<")
+    if is_xml and not re.search(rb"<(mujoco|robot)", content):  # MJCF or URDF, which MuJoCo reads
+        raise click.UsageError(f"{file} is a file of another program: expected {DECKS}")
     if settings and is_xml:
         raise click.UsageError("--set is given with a model of MuJoCo: expected the file with other numbers")
     deck = mujoco_model.read_model(file, said) if is_xml else lammps_deck.read_input(file, said)
@@ -185,7 +188,9 @@ def _fields(row: DeckRow) -> dict[str, Any]:
         "step": run.step,
         "steps": row.steps,
         "sticking_speed": answer.sticking_speed,
+        # The lines to write for the wanted eps, and the eps that they give a row that shares them with others.
         "instead": None if answer.instead is None else list(row.lines),
+        "reached": row.reached,
         "reason": answer.reason,
         "marks": list(contact.marks),
         "warnings": list(answer.warnings),
@@ -218,6 +223,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     speed_source : str
         What to add behind the speed: ", as --speed is not given", or "".
     """
+    from viscopade.simulators.native import SPREAD
+
     # The first sentence counts runs, pairs of bodies and contacts; equal numbers, and no run, are not worth a word.
     units, speed = deck.units, table[0].impact.speed
     pairs = {contact.name: contact.count for run in deck.runs for contact in run.contacts}
@@ -267,18 +274,28 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
             weight = " with weight, the column falling," if row.answer.falling else ""
             place = _position(row.lines, row.contact.line, deck)
             replacements.setdefault((weight, place, row.lines), []).append(i)
+    for text in deck.warnings:  # first, as a default of the file may be why a row has a warning
+        say(f"Warning: {text}.")
     for (kind, _), texts in sentences.items():
         i, text = next(iter(texts.items()))
         source = f" (the numbers of row {i})" if {*texts.values()} != {text} else ""
         say(f"{kind}{_rows([*texts])}: {text}{source}.")
-    for text in deck.warnings:
-        say(f"Warning: {text}.")
+    is_compromise = False
     for (weight, place, lines), numbers in replacements.items():
         # One line for several rows gives each its own eps.
-        reached = sorted(f"{eps:.4f}" for i in numbers if (eps := table[i - 1].reached) is not None)
-        between = f" ({reached[0]} to {reached[-1]})" if reached and reached[0] < reached[-1] else ""
+        reached = sorted(eps for i in numbers if (eps := table[i - 1].reached) is not None)
+        ends = [f"{eps:.4f}" for eps in (*reached[:1], *reached[-1:])]
+        between = f" ({' to '.join(ends)})" if len({*ends}) > 1 else ""
+        is_compromise |= bool(reached) and reached[-1] - reached[0] > SPREAD
+        # Rows for which no number gives the wanted eps share a line that is replaced, too.
+        shared = table[numbers[0] - 1].contact.line if place.startswith(" instead of line") else None
+        is_compromise |= any(row.contact.line == shared and not row.lines for row in table)
         say(f"for eps = {epsilon}{between}{weight} in {_rows(numbers)} write{place}")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
+    if is_compromise:
+        say("A line has one number for all its rows. For closer eps give sizes types of their own.")
+        if any("wall/gran" in line for _, _, lines in replacements for line in lines):
+            say("For a number of its own at a wall a type needs a group, made before fix pour, which pours into it.")
     # Lines to write may contradict each other. A command names what it sets in its first three words ("pair_coeff 1 2",
     # "fix ID group"); a model has one <option>.
     written = dict.fromkeys(line for _, _, lines in replacements for line in lines)

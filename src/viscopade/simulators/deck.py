@@ -64,8 +64,6 @@ class DeckContact:
         What a reader of the row has to know, such as "mixed from the lines of each type" or "geom on a jointed body".
     lines_with : callable
         From texts of parameters, by name, to the lines of this file that have them.
-    common_lines_with : callable or None
-        The same for all contacts of a line that must be split to give them different parameters; None for others.
     """
 
     name: str
@@ -77,7 +75,6 @@ class DeckContact:
     reason: str = ""
     marks: tuple[str, ...] = ()
     lines_with: LinesWith = field(default=lambda settings: (), compare=False)
-    common_lines_with: LinesWith | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

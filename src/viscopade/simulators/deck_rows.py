@@ -11,8 +11,6 @@ from viscopade.collision.contact import SampledCollision
 from viscopade.progress import track
 from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Size
 from viscopade.simulators.native import (
-    SAME,
-    SPREAD,
     FileUnits,
     Impact,
     Native,
@@ -81,7 +79,7 @@ class DeckRow(NamedTuple):
     lines : tuple of str
         Those to write for the wanted eps; empty without one, or if nothing gives it.
     reached : float or None
-        The eps that these lines give, if they are one for several rows with different numbers.
+        The eps that these lines give, if several rows share them.
     """
 
     run: DeckRun
@@ -199,45 +197,34 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         if key not in previous
     ]
 
-    # Rows of one command, such as types at a wall or sizes of a type, get one line where one number serves. Lines of
-    # one command begin alike: "pair_coeff 1 2", "fix ID group".
+    # Rows of one command, such as types at a wall or sizes of a type, get one line: of several the last one would
+    # count for all. Lines of one command begin alike: "pair_coeff 1 2", "fix ID group".
     groups: dict[object, list[int]] = {}
     for i, row in enumerate(rows):
         if row.answer.instead:
-            lines = (row.contact.common_lines_with or row.contact.lines_with)(row.answer.instead)
-            groups.setdefault((id(row.run), *(tuple(line.split()[:3]) for line in lines)), []).append(i)
+            groups.setdefault((id(row.run), *(tuple(line.split()[:3]) for line in row.lines)), []).append(i)
     for numbers in groups.values():
         group = [rows[i] for i in numbers]
-        for i, row in zip(numbers, _with_one_line(group, native, to_si, epsilon or 0.0), strict=True):
+        for i, row in zip(numbers, _with_one_line(group, native, to_si), strict=True):
             rows[i] = row
     return rows
 
 
-def _with_one_line(rows: list[DeckRow], native: Native, to_si: FileUnits, epsilon: float) -> list[DeckRow]:
-    """Return rows of one command with one line, if one number gives all of them the wanted `epsilon`; else `rows`.
+def _with_one_line(rows: list[DeckRow], native: Native, to_si: FileUnits) -> list[DeckRow]:
+    """Return rows of one command with one line, that for the row in the middle, by eps, and the eps that each gets.
 
-    It does if the mean eps of each row differs from `epsilon` by less than the printed digits, or by less than half of
-    its range over where in a step contact begins, which may be up to `SPREAD`. `native` is the program's contact, and
-    `to_si` makes SI numbers of those of the file.
+    Rows whose lines differ with the same number, such as pairs in a matrix of all types, stay as they are. `native` is
+    the program's contact, and `to_si` makes SI numbers of those of the file.
     """
-    first = rows[0].contact
-    contacts = [contact for contact in rows[0].run.contacts if contact.line == first.line]
-    # A line for all contacts needs a number of all: a contact without one, or with other lines, has no row here.
-    if first.common_lines_with and not {*map(id, contacts)} <= {id(row.contact) for row in rows}:
-        return rows
-    # The number of the row in the middle, by eps.
-    middle = sorted(rows, key=lambda row: row.answer.with_weight.epsilon)[len(rows) // 2]
+    # Of two rows the one with the smaller eps, whose number damps less: 0.70 to 0.85 is better than 0.45 to 0.70.
+    middle = sorted(rows, key=lambda row: row.answer.with_weight.epsilon)[(len(rows) - 1) // 2]
     instead = middle.answer.instead or {}
-    lines = [(row.contact.common_lines_with or row.contact.lines_with)(instead) for row in rows]
-    if len(rows) == 1 or len({*lines}) > 1:
+    if len(rows) == 1 or len({row.contact.lines_with(instead) for row in rows}) > 1:
         return rows
     one_line_rows = []
     for row in rows:
         settings, impact = {**row.contact.settings, **instead}, row.impact.in_units(to_si)
-        collision = delivery(native, settings, impact, weight_is_known=True).collision
-        spread = min(collision.largest - collision.least, SPREAD)
-        if abs(collision.epsilon - epsilon) > max(SAME, spread / 2):
-            return rows
+        reached = delivery(native, settings, impact, weight_is_known=True).collision.epsilon
         answer = row.answer._replace(instead=instead)
-        one_line_rows.append(row._replace(answer=answer, lines=lines[0], reached=collision.epsilon))
+        one_line_rows.append(row._replace(answer=answer, lines=middle.lines, reached=reached))
     return one_line_rows

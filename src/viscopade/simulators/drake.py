@@ -124,6 +124,10 @@ _NATIVE = Native(
     integrator="discrete_contact_approximation",
     damping=_damping,
     warnings=_warnings,
+    hints={
+        "point_contact_stiffness": "point_stiffness, its name in AddContactMaterial",
+        "hydroelastic_modulus": "point contact, as hydroelastic contact is not computed here",
+    },
 )
 
 _USE = """\

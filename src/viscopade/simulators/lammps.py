@@ -483,7 +483,6 @@ _SUBMODELS: Mapping[str, Mapping[str, int]] = {
     "heat": {"none": 0, "radius": 1, "area": 1},
 }
 """Models by keyword, and how many coefficients each has (`num_coeffs` in the constructors of src/GRANULAR)."""
-_LATER_SPHERES = "  # later spheres are not in it, and fall through: pour them into it"
 # Words from which on a line says where a wall is.
 WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
 
@@ -561,14 +560,11 @@ class GranularLine(NamedTuple):
         The words of each sub-model by its keyword; those of "normal", or of the style gran/…, come first.
     tail : tuple of str
         Other words, such as limit_damping and the shape of a wall.
-    lines_before : tuple of str
-        Lines that the line needs before it.
     """
 
     head: tuple[str, ...]
     models: Mapping[str, tuple[str, ...]]
     tail: tuple[str, ...]
-    lines_before: tuple[str, ...] = ()
 
     @property
     def classic(self) -> tuple[str, str] | None:
@@ -613,15 +609,6 @@ class GranularLine(NamedTuple):
         """Return the line pair_coeff of two types, words 1 and 2, in place of one of a range of types."""
         return self._replace(head=("pair_coeff", str(first), str(second), *self.head[3:]))
 
-    def at_wall(self, number: int) -> GranularLine:
-        """Return the line fix wall/gran for the type `number` of several, which needs a name and a group of its own."""
-        # "fix NAME GROUP STYLE …"
-        group, (_, name, _, *style) = f"viscopade_type{number}", self.head
-        return self._replace(
-            head=("fix", f"{name}_type{number}", group, *style),
-            lines_before=(f"group {group} type {number}{_LATER_SPHERES}",),
-        )
-
     def lines_with(self, settings: Mapping[str, str]) -> tuple[str, ...]:
         """Return the lines with other coefficients, a text in `settings`; none without such a text."""
         if "coefficients" not in settings:
@@ -632,7 +619,7 @@ class GranularLine(NamedTuple):
         for place, number in zip(places, numbers, strict=True):
             normal[place] = number
         others = (word for name, words in self.models.items() if name != "normal" for word in (name, *words))
-        return (*self.lines_before, " ".join((*self.head, *normal, *others, *self.tail)))
+        return (" ".join((*self.head, *normal, *others, *self.tail)),)
 
 
 def granular_line(words: Sequence[str], first: int) -> GranularLine:
@@ -670,9 +657,12 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
             model = rest[0] if rest else ""
             if model not in _SUBMODELS[keyword]:
                 raise ValueError(f"{keyword} is {model!r}: expected {', '.join(_SUBMODELS[keyword])}")
-            count = 1 + _SUBMODELS[keyword][model]
-            models[keyword] = tuple(rest[:count])
-            rest = rest[count:]
+            count = _SUBMODELS[keyword][model]
+            numbers = [*itertools.takewhile(lambda word: word not in keywords, rest[1 : count + 1])]
+            if len(numbers) < count:
+                raise ValueError(f"{keyword} {model} has {len(numbers)} numbers: expected {count}")
+            models[keyword] = (model, *numbers)
+            rest = rest[1 + count :]
         else:
             accepted = "limit_damping" if is_classic else f"{', '.join(_SUBMODELS)}, limit_damping, cutoff"
             raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(WALL_SHAPES)}")

@@ -48,6 +48,9 @@ from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 _MOST_TYPES = 100
 _MOST_RUNS = 1000
 
+# Densities of solids, in kg/m^3, with some room: aerogel has 1, and osmium 22,600.
+_LIGHTEST, _HEAVIEST = 1, 3e4
+
 _ACCELERATED = re.compile("/(gpu|intel|kk|omp|opt)$")  # in names of styles, which compute the same
 _NO_STYLES = ("NULL", "limit_damping")  # words of a pair_style hybrid that are no names of sub-styles
 
@@ -77,7 +80,7 @@ class _State:
     `styles` are the contacts of a pair_style by its name, or by the names of its sub-styles; None for one that is no
     contact of spheres. `coefficients` are lines by the types of both bodies, and by the style for hybrid/overlay. A
     group is the types that it has, or None if they are not known; the program changes the atoms of a dynamic one. A
-    region is the words of its line from its style on.
+    region is the words of its line from its style on. `box_types` is the number of types in create_box.
     """
 
     units: str = "lj"
@@ -94,6 +97,7 @@ class _State:
     dynamic_groups: set[str] = field(default_factory=set)
     regions: dict[str, list[str]] = field(default_factory=dict)
     has_lattice: bool = False
+    box_types: int | None = None
     spheres: Spheres = field(default_factory=Spheres)
 
     @property
@@ -138,10 +142,12 @@ def read_input(path: Path, options: DeckOptions) -> Deck:
             if name not in present:
                 raise ValueError(f"{path} has no {kind} {name}: expected {', '.join(sorted(present)[:10]) or 'none'}")
     if not reader.missing and not reader.runs:
-        raise ValueError(f"{path} has no contact: expected pair_style granular, gran/… or gran, or fix wall/gran")
+        commands_of_contacts = "pair_style granular, gran/… or gran, or fix wall/gran"
+        raise ValueError(f"{path} has no contact: expected an input of LAMMPS or LIGGGHTS with {commands_of_contacts}")
     simulator, units = liggghts.SIMULATOR if reader.is_liggghts else lammps.SIMULATOR, lammps.UNITS[reader.state.units]
     unread, warnings = tuple(reader.unread.values()), tuple(reader.warnings)
-    return Deck(simulator, path, units, tuple(reader.runs), tuple(reader.missing), unread, warnings)
+    missing = tuple("".join(words_and_place) for words_and_place in reader.missing.items())
+    return Deck(simulator, path, units, tuple(reader.runs), missing, unread, warnings)
 
 
 def line_settings(text: str) -> dict[str, str]:
@@ -222,7 +228,7 @@ class _Reader:
         self.lines_by_variable: dict[str, str] = {}  # "line 5" of a command that decides a contact, by its variables
         self.labels: set[str] = set()
         self.jump: tuple[str, str] | None = None  # a label that is not passed yet, and where the jump stands
-        self.missing: dict[str, None] = {}  # what the file does not say, in words, each once
+        self.missing: dict[str, str] = {}  # what the file does not say, in words, and where, ", needed in in.x:5"
         self.warnings: dict[str, None] = {}
         self.unread: dict[str, Line] = {}  # the first line of each kind of commands that are not read
         self.contacts_changed = True  # since the last run
@@ -285,7 +291,8 @@ class _Reader:
         try:
             yield
         except MissingValue as missing:
-            self.missing.update(dict.fromkeys(missing.args))
+            for text in missing.args:
+                self.missing.setdefault(text, "" if name == "run" else f", needed in {line.file.name}:{line.number}")
         except IndexError:
             raise ValueError(f"{line.file.name}:{line.number}: {name} has too few words") from None
         except (ValueError, ArithmeticError) as error:
@@ -420,6 +427,9 @@ class _Reader:
         """Take `pair_coeff I J …`: the contact of all types in the ranges I and J."""
         # A hybrid style has the name of its sub-style in word 3, and its number in word 4 if there are several.
         state, first, second = self.state, type_range(words[1]), type_range(words[2])
+        if not state.pair_style:
+            stops = "it is read as granular; LAMMPS stops, except after read_restart"
+            self.warnings[f"pair_coeff ({self.place}) has no pair_style before it: {stops}"] = None
         style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
         style = " ".join(words[3:5]) if " ".join(words[3:5]) in state.styles else style
         # The pair 2 1 is the pair 1 2; of ranges only pairs I <= J are meant.
@@ -466,7 +476,7 @@ class _Reader:
     # Spheres.
 
     def do_create_box(self, words: list[str]) -> None:
-        self.state.spheres.types = int(self.number(words[1]))
+        self.state.spheres.types = self.state.box_types = int(self.number(words[1]))
 
     def do_create_atoms(self, words: list[str]) -> None:
         self.state.spheres.add(int(self.number(words[1])), lammps_spheres.DEFAULT)
@@ -537,7 +547,10 @@ class _Reader:
             spheres = [*dict.fromkeys((radius, density) for radius, _ in spheres)]
         for i, option in enumerate((f"radius {name}=0.5mm", f"density {name}=2500")):
             if any(sphere[i] is None for sphere in spheres):
-                self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = None
+                self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = ""
+        for density in {rho * units.kilograms / units.metres**3 for _, rho in spheres if rho and not units.unsized}:
+            if not _LIGHTEST <= density <= _HEAVIEST:
+                self.warnings[f"spheres of type {name} have {density:.3g} kg/m^3: check density and units"] = None
         # The mass is 4/3 pi r^3 rho; in two dimensions LIGGGHTS has discs, pi r^2 rho.
         is_disc = self.state.dimension == "2" and self.is_liggghts
         complete = [(r, rho) for r, rho in spheres if r is not None and rho is not None]
@@ -573,6 +586,9 @@ class _Reader:
             if lammps_spheres.DEFAULT in grains and str(number) not in self.options.densities:
                 diameter = "diameter 1 and " * (str(number) not in self.options.radii)
                 self.warnings[f"spheres of type {number} have the default {diameter}density 1"] = None
+        if state.box_types and state.spheres.types > state.box_types:
+            last = f"create_box has types up to {state.box_types}"
+            self.warnings[f"there is a type {state.spheres.types}, and {last}: LAMMPS stops"] = None
         if len(self.gravity) > 1:
             self.warnings[f"of {len(self.gravity)} fixes gravity the last counts"] = None
 
@@ -597,12 +613,8 @@ class _Reader:
             if walls:
                 self.warn_of_holes(fix, name, touching)
             for number, (wall, wall_type) in itertools.product(touching, walls.items()):
-                contact, common_lines_with = fix.contact, None
-                if isinstance(contact, GranularLine) and len(touching) > 1:
-                    contact, common_lines_with = contact.at_wall(number), contact.lines_with
                 types = number, wall_type
-                row = self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, types, [])
-                yield types, replace(row, common_lines_with=common_lines_with)
+                yield types, self.deck_contact(f"type {number} - wall {wall}", fix.line, fix.contact, types, [])
 
     def warn_of_holes(self, wall: _Fix, name: str, touching: Sequence[int]) -> None:
         """Warn of spheres that are poured into another group than that of a wall: they fall through it.
@@ -639,18 +651,12 @@ class _Reader:
             """Return the lines of all walls with other parameters, each line once."""
             return tuple(dict.fromkeys(line for function in functions for line in function(settings)))
 
-        def common(walls: list[DeckContact]) -> LinesWith | None:
-            """Return `common_lines_with` of all walls; None if one has none."""
-            functions = [wall.common_lines_with for wall in walls if wall.common_lines_with]
-            return partial(lines_with, functions) if len(functions) == len(walls) else None
-
         return tuple(
             replace(
                 first,
                 name=", ".join((first.name, *(wall.name.partition(" - wall ")[2] for wall in others))),
                 count=1 + len(others),
                 lines_with=partial(lines_with, [wall.lines_with for wall in (first, *others)]),
-                common_lines_with=common([first, *others]),
             )
             if others
             else first

@@ -225,6 +225,11 @@ def model_facts(file: str) -> dict[str, Any]:
     kinds = [_geom_kind(model, data, gravity, geom) for geom in range(model.ngeom)]
     mass = model.body_subtreemass[model.body_weldid[model.geom_bodyid]]
     rows: dict[State, GeomRow] = {}
+    # A <pair> that is replaced keeps its name and class. A class may have a margin: without one it is 0.
+    pair_names = [
+        (f" name={quoteattr(pair.name)}" if pair.name else "", pair.classname.name)
+        for pair in sorted(spec.pairs, key=lambda pair: pair.id)
+    ]
     # How many <pair> two geoms have: MuJoCo makes a contact of each.
     pair_counts, repeated = Counter[frozenset[int]](), list[str]()
     for i, partners, k in _touching_geoms(model, flags, kinds):
@@ -240,11 +245,14 @@ def model_facts(file: str) -> dict[str, Any]:
             repeated += [name] if pair_counts[frozenset(pairs[0])] == 2 else []
         row = rows.setdefault(state, GeomRow(state, name, tag, number, masses, rule))
         row.count += len(pairs)
+        kept, pair_class = ("", "main") if k is None else pair_names[k]
+        if pair_class != "main":  # MuJoCo's name of the defaults of no class
+            kept += f" class={quoteattr(pair_class)}" + ' margin="0"' * (" margin=" not in state.element)
         # At most 50 elements, and one more as a sign of more.
         for pair in pairs[: _MOST_LINES + 1 - len(row.elements)]:
             names = [model.geom(geom).name for geom in pair]
             geom1, geom2 = map(quoteattr, names)
-            row.elements.append(f"<pair geom1={geom1} geom2={geom2} {state.element}" if all(names) else "<geom")
+            row.elements.append(f"<pair geom1={geom1} geom2={geom2}{kept} {state.element}" if all(names) else "<geom")
     # One line for all pairs: with the flag override, for a geom without a name, which no <pair> can name, or many
     # pairs.
     for row in rows.values():

@@ -537,6 +537,8 @@ class Native:
         From the values and an impact to sentences, without their full stops.
     units : callable
         From the values to the units of the file.
+    hints : mapping of str to str
+        For names of the program that are no parameters here: what is expected, in words.
     """
 
     parameters: tuple[Parameter, ...]
@@ -549,6 +551,7 @@ class Native:
     integrator_contact: Callable[[Contact, Values], Contact] = lambda contact, values: contact
     warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
     units: Callable[[Values], FileUnits] = lambda values: FileUnits()
+    hints: Mapping[str, str] = field(default_factory=dict)
 
     def contact(self, values: Values, impact: Impact) -> Contact | Impulse:
         """Return the contact, or impulse, that the program makes of a file; `impact` is in the units of the file."""
@@ -594,9 +597,10 @@ class Native:
         parameters = self.parameters_by_name
         for name in settings:
             if name not in parameters:
-                summaries = "; ".join(parameter.summary for parameter in parameters.values())
-                near = arguments.suggestion(name, parameters)  # ": did you mean …?", or "" if no name looks like it
-                raise ValueError(f"there is no parameter {name!r}{near or f': expected {summaries}'}")
+                # ": did you mean …?", or "" if no name looks like it
+                near = "" if name in self.hints else arguments.suggestion(name, parameters)
+                expected = self.hints.get(name) or "; ".join(parameter.summary for parameter in parameters.values())
+                raise ValueError(f"there is no parameter {name!r}{near or f': expected {expected}'}")
 
         # Defaults of the program, replaced by what the file sets. Some units depend on the integrator.
         texts = {name: parameter.default for name, parameter in parameters.items() if parameter.default is not None}
