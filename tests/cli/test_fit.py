@@ -128,10 +128,11 @@ def test_the_advice_on_an_outlier_among_heights(tmp_path):
     rows = ["600,216,82,33,14", "500,183,70,28,12", "400,149,95,37,16", "300,114,46,19,8"]  # 95 for 58
     drop.write_text("\n".join(["h0 (mm),h1 (mm),h2 (mm),h3 (mm),h4 (mm)", *rows]))
     text = " ".join(printed("fit", drop).split())
-    assert "off; --without leaves a line out, --robust counts outliers less; --resolution gives the error" in text
+    assert "off if low bounces are as exact as high ones; else --resolution gives the error of readings; --with" in text
     with_errors = printed("fit", drop, "--resolution", "1 mm")
     assert "line 4, h2 is" in with_errors
     assert "--robust" not in with_errors
+    assert "as exact as" not in with_errors
     assert "speeds " in with_errors.partition("\n\n")[0]
 
 
