@@ -177,6 +177,15 @@ def test_underflow_is_in_the_bound(name):
     assert kind(0.5) * kind(tiny) == 0  # an error of half of it
 
 
+def test_an_operation_off_by_units_is_off_by_as_many_where_it_underflows():
+    """A device's quotient is wrong by 5/2 units, which are the smallest positive number there; a host's by a half."""
+    smallest = 2.0**-149  # of float
+    tiny = Rounded(arb(1000 * smallest), FLOAT)
+    for units in (0.25, 0.5, 2.5):
+        bound = tiny.with_error(arb(units * 2.0**-23)).absolute
+        assert max(units, 0.5) <= float(bound.abs_lower()) / smallest < max(units, 0.5) + 0.01
+
+
 def test_what_is_exact_adds_no_error():
     with working(200):
         x, y = Rounded(arb(3), DOUBLE), Rounded(arb(7), DOUBLE)

@@ -219,13 +219,15 @@ class Rounded:
     def with_error(self, relative: arb) -> Rounded:
         """Return an exact operation's result with the operation's own relative error instead of a rounding's.
 
-        `relative` bounds the error of, for example, a library's cbrt. A result that underflows is off by half of the
-        smallest positive number more.
+        `relative` bounds the error of, for example, a library's cbrt. A result that underflows is off by as many units
+        of the last place more, which are the smallest positive number there, and by half of one at least.
         """
+        units = (relative / _power_of_two(1 - self.form.precision)).max(arb("0.5"))
+        subnormal = 2 * units * _half_smallest(self.form)
         # computed (1 + r) + e, with computed = value (1 + theta) + alpha
         total_relative = (1 + self.relative) * (1 + relative) - 1
-        underflow = self.underflow * (1 + relative) + _half_smallest(self.form)
-        absolute = self.absolute * (1 + relative) + self.value.abs_upper() * relative + _half_smallest(self.form)
+        underflow = self.underflow * (1 + relative) + subnormal
+        absolute = self.absolute * (1 + relative) + self.value.abs_upper() * relative + subnormal
         return self._with(self.value, total_relative, underflow, absolute, self.change, self.slope)
 
     def with_absolute_error(self, absolute: arb) -> Rounded:
