@@ -435,6 +435,12 @@ def test_the_result_is_above_the_fields_on_a_phone(tab):
     assert not tab.evaluate(above)
 
 
+def test_the_page_of_the_calculator_shows_the_rebound_from_another_height(tab):
+    put(tab, by="drop", damping="70 cm", height="1 m", other="10 cm")
+    words = tab.evaluate(js("return row('From 0.1 m it rebounds to').textContent"))
+    assert f'for `10 cm` the page prints "{words}"' in (ROOT / "docs/usage/calculator.md").read_text("utf-8")
+
+
 def test_the_numbers_of_the_bouncing_balls():
     """Two balls fall from 1 m and rebound to 70 cm: their contact times and A, and rebounds from other heights."""
     words = (ROOT / "docs" / "usage" / "calculator.md").read_text("utf-8").partition("## A bouncing ball")[2]

@@ -583,13 +583,17 @@ def _show(
     if (more := len(recording.flights) - MOST_ROWS) > 0:
         say(f"  and {more} more; --format json lists all", 2)
     for label, off in damping_fit.outliers:
-        # Bounces with errors share them, and have no robust fit. Without errors all eps count as equally exact, but at
-        # low bounces they are not: half of the sheets of clean heights in mm name one of them.
-        shares_none, is_bounce = damping_fit.points.of_independent_errors, recording.kind in ("heights", "instants")
-        condition = " if low bounces are as exact as high ones; else --resolution gives the error of readings"
-        advice = "; --without leaves a line out" + ", --robust counts outliers less" * shares_none
-        text = f"  {label} is {abs(off):.0f} standard errors off{condition * (shares_none and is_bounce)}"
-        say(text + advice * (not damping_fit.main.robust), 2)
+        text = f"  {label} is {abs(off):.0f} standard errors off"
+        # Without errors of readings all eps count as equally exact, but an error of a height or of a time changes the
+        # eps of a low bounce more: it may look like an outlier.
+        if damping_fit.points.of_independent_errors and recording.kind in ("heights", "instants"):
+            text += " if low bounces are as exact as high ones; else --resolution gives the error of readings"
+        if not damping_fit.main.robust:
+            text += "; --without leaves a line out"
+            # Bounces with errors share them, and have no robust fit.
+            if damping_fit.points.of_independent_errors:
+                text += ", --robust counts outliers less"
+        say(text, 2)
     for warning in _warnings(recording, damping_fit, pair, neglected):
         say(f"  {warning}", 2)
 

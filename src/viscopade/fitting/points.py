@@ -111,14 +111,10 @@ class Points:
         """Return these points with the same errors, and covariance of speed and eps, but none that two points share."""
         from scipy import sparse
 
-        speed_variance, covariance, epsilon_variance = (
-            np.asarray(first.multiply(second).sum(axis=1))
-            for first, second in (
-                (self.speed_errors, self.speed_errors),
-                (self.speed_errors, self.epsilon_errors),
-                (self.epsilon_errors, self.epsilon_errors),
-            )
-        )
+        speed, epsilon = self.speed_errors, self.epsilon_errors
+        speed_variance = np.asarray(speed.multiply(speed).sum(axis=1))
+        covariance = np.asarray(speed.multiply(epsilon).sum(axis=1))
+        epsilon_variance = np.asarray(epsilon.multiply(epsilon).sum(axis=1))
         # Two errors of each point: the first one changes v by sigma_v and eps by cov/sigma_v, the other eps alone.
         sigma_speed = np.sqrt(speed_variance)
         shared = np.divide(covariance, sigma_speed, out=np.zeros(len(self)), where=sigma_speed > 0)

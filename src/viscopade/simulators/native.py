@@ -49,7 +49,7 @@ _FINE_STEPS = 500
 SAME = 1e-4
 """Difference of two eps that count as one: eps is printed with four decimals."""
 SPREAD = 0.02
-"""Range of eps over where in a step contact begins, above which a shorter step is suggested; chosen by hand."""
+"""Range of eps over where in a step contact begins, above which texts warn of it; chosen by hand."""
 
 
 @dataclass(frozen=True)

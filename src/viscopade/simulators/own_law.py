@@ -59,6 +59,7 @@ from viscopade.simulators.input_file import (
     program_number,
     speed_errors,
 )
+from viscopade.simulators.native import SPREAD
 from viscopade.simulators.setup import NO_WEIGHT, SI, NamedContact, Units, with_two_digits
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -72,8 +73,6 @@ CHOSEN_STEPS = 20
 """Time steps in a contact of which nothing else says how long it is."""
 FEWEST_STEPS = 10
 """Time steps in a contact from which on texts advise a damping for the step; for fewer ones, a longer contact."""
-SPREAD = 0.02
-"""Difference of eps in single collisions, by where in a step contact begins, from which on texts warn (by hand)."""
 MOST_STEPS = 400
 """Time steps in the longest contact that texts advise: an even softer contact would narrow eps by less than 0.002."""
 _BRIEF_STEPS = 100  # time steps at first in a contact that gets shorter with its steps: MOST_STEPS leaves a factor of 4
