@@ -185,7 +185,8 @@ def loss(restitution: RestitutionFunction, temperature: float | FloatArray, node
     """
     scaled_speeds, weights = _rule(nodes)
     epsilon = restitution(np.multiply.outer(np.sqrt(temperature), scaled_speeds))  # a row for each temperature
-    value: FloatArray = ((1 - epsilon) * (1 + epsilon)) @ weights
+    # A sum, not a product of matrices: its last digit is that of the BLAS library for one processor.
+    value: FloatArray = ((1 - epsilon) * (1 + epsilon) * weights).sum(axis=-1)
     return value
 
 
